@@ -1,0 +1,151 @@
+// Records: what the Store keeps, as plain values with named fields. Times are milliseconds since the Unix epoch.
+// Realises DESIGN section 5. Blobs are opaque here: their formats belong to the folders that write them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace retake {
+
+struct ScenarioRecord {
+  std::string id;
+  std::string world;
+  int world_version = 1;
+  std::string title;
+  std::string document;          ///< canonical JSON text with every default filled in
+  std::int64_t created_at = 0;   ///< [ms]
+  std::uint64_t samples = 0;     ///< filled by the store
+  std::uint64_t running = 0;     ///< chains by state, filled by the store; queued ones count as running
+  std::uint64_t paused = 0;
+  std::uint64_t finished = 0;
+  std::uint64_t failed = 0;
+};
+
+enum class ChainState { queued, running, paused, finished, failed };
+std::string_view to_string(ChainState state);
+/// Requires: one of the names that to_string gives.
+ChainState chain_state(std::string_view name);
+
+/// When a chain ends by itself; nothing set: when it is stopped.
+struct StopRule {
+  std::optional<std::uint64_t> samples;
+  std::optional<std::uint64_t> iterations;
+  std::optional<double> seconds;  ///< [s] of running time, pauses left out
+};
+
+struct KernelCount {
+  std::string name;
+  std::uint64_t proposed = 0;
+  std::uint64_t accepted = 0;
+};
+
+/// Counters that grow while a chain runs.
+struct ChainCounters {
+  std::uint64_t iteration = 0;
+  std::uint64_t accepted = 0;
+  std::uint64_t samples = 0;
+  std::uint64_t simulations = 0;
+  std::uint64_t failed_simulations = 0;
+  double simulated_seconds = 0;      ///< [s] of the worlds' own time
+  double run_seconds = 0;            ///< [s] for which the chain has been stepped
+  double iterations_per_second = 0;  ///< over the last seconds in which it ran
+  std::vector<KernelCount> kernels;
+  std::optional<std::uint64_t> first_sample_iteration;
+  std::optional<double> first_sample_seconds;  ///< run_seconds at the first sample
+};
+
+struct ChainRecord {
+  std::string id;
+  std::string scenario;
+  std::uint32_t index = 0;  ///< which chain of its request; with the seed it decides every draw
+  std::uint64_t seed = 0;   ///< below 2^63
+  std::string method;
+  std::string ratios;
+  std::string settings;  ///< JSON text of further settings of the chain, empty if none
+  ChainState state = ChainState::queued;
+  StopRule stop;
+  ChainCounters counters;
+  std::string ended_by;  ///< for finished chains: what ended it
+  std::string error;     ///< for failed chains
+  std::int64_t created_at = 0;
+};
+
+/// A sample without its blobs. Its id names its place for good: chain, iteration and replica.
+struct SampleRecord {
+  std::string id;  ///< see sample_id
+  std::string scenario;
+  std::string chain;
+  std::uint64_t iteration = 0;
+  std::uint32_t replica = 0;
+  std::uint64_t weight = 1;   ///< iterations for which the chain stayed
+  double log_prior = 0;
+  double log_constraint = 0;
+  double duration = 0;        ///< [s]
+  std::string measures;       ///< JSON object text
+  std::string digest;         ///< of State and Animation, hexadecimal
+  std::uint64_t plays = 0;
+  std::int64_t created_at = 0;  ///< [ms], set by the store if 0
+};
+
+/// "chain-iteration", or "chain-iteration-replica" for a replica other than 0.
+/// Requires: the chain's id holds no '-'.
+std::string sample_id(std::string_view chain, std::uint64_t iteration, std::uint32_t replica);
+
+/// A sample on its way into the store.
+struct NewSample {
+  SampleRecord record;
+  std::string state;      ///< the State's bytes
+  std::string animation;  ///< the recorded Animation's bytes
+};
+
+/// The weight that a sample has reached.
+struct WeightUpdate {
+  std::uint64_t iteration = 0;
+  std::uint32_t replica = 0;
+  std::uint64_t weight = 1;
+};
+
+struct ChainProgress {
+  std::string chain;
+  std::string scenario;
+  std::vector<NewSample> samples;
+  std::vector<WeightUpdate> weights;  ///< of samples committed before
+  ChainCounters counters;
+  std::optional<ChainState> state;    ///< set when the chain's state changes with this commit
+  std::string ended_by;
+  std::string error;
+  std::string checkpoint;
+  std::string trace_block;            ///< appended to the trace unless empty
+  bool replace_trace = false;         ///< the block takes the place of all earlier ones
+};
+
+/// One draw of a chain for the diagnostics.
+struct DrawRecord {
+  std::uint64_t iteration = 0;
+  double log_prior = 0;
+  double log_constraint = 0;
+  std::string measures;  ///< JSON object text
+  std::string state;     ///< the State's bytes
+};
+
+struct PlayRecord {
+  std::string id;
+  SampleRecord sample;
+  bool repeat = false;
+  std::uint64_t remaining = 0;  ///< samples that this player has not seen after this play; without a player, samples never played
+  bool replayed = false;        ///< an idempotency key gave an earlier play again
+};
+
+struct StoreTotals {
+  std::uint64_t scenarios = 0;
+  std::uint64_t samples = 0;
+  std::uint64_t plays = 0;
+  std::uint64_t queued_commits = 0;
+  std::uint64_t failed_commits = 0;
+  std::uint64_t file_bytes = 0;  ///< database and write-ahead log
+};
+
+}  // namespace retake
