@@ -1,0 +1,109 @@
+// Chain: one seeded walk over one target, by the paper's single-chain Metropolis-Hastings or by rejection.
+// Paper, section 4; DESIGN section 3. It must not know physics, storage or clocks: a seed decides everything.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sampler/kernel.h"
+#include "sampler/model.h"
+#include "sampler/simulator.h"
+
+namespace retake {
+
+enum class Method {
+  metropolis,  ///< walks p(A) by the world's proposals
+  rejection,   ///< independent draws from the prior, kept with probability p_c
+};
+std::string_view to_string(Method method);
+std::optional<Method> method_from(std::string_view name);
+std::string_view to_string(Ratios ratios);
+std::optional<Ratios> ratios_from(std::string_view name);
+
+/// What a chain walks on. Immutable, shared by all chains of a scenario.
+struct Target {
+  std::shared_ptr<const Model> model;
+  KernelTable kernels;
+  std::vector<std::string> measure_names;
+};
+
+struct ChainSettings {
+  std::uint64_t seed = 0;
+  std::uint32_t index = 0;
+  Method method = Method::metropolis;
+  /// Off: every candidate is simulated to its end. The chain is the same bit for bit; only slower.
+  bool early_rejection = true;
+};
+
+struct KernelCounter {
+  std::uint64_t proposed = 0;
+  std::uint64_t accepted = 0;
+};
+
+struct ChainCounts {
+  std::uint64_t iteration = 0;
+  std::uint64_t accepted = 0;
+  std::uint64_t samples = 0;      ///< States moved to whose animation is satisfied
+  std::uint64_t simulations = 0;
+  std::uint64_t failed_simulations = 0;
+  double simulated_seconds = 0;   ///< [s] of the world's time
+  double skipped_seconds = 0;     ///< [s] of the world's time that did not have to be stepped
+  std::vector<KernelCounter> kernels;  ///< in the order of the kernel table; one row for rejection
+};
+
+/// Where a chain stands and since when. With rejection: the draw that was kept last.
+struct Stay {
+  std::uint64_t iteration = 0;  ///< the iteration that moved here; 0: the initial State, which is never a sample
+  std::uint64_t weight = 1;     ///< iterations for which the chain has stayed; always 1 with rejection
+  bool is_sample = false;
+  State state;
+  double log_prior = 0;
+  Score score;
+};
+
+/// Contract: after the same number of steps two chains with equal target and settings are equal bit for bit,
+/// whatever threads, simulators, pauses or checkpoints lie between.
+/// Thread safety: one thread at a time, not always the same.
+class Chain {
+ public:
+  Chain(std::shared_ptr<const Target> target, const ChainSettings& settings);
+  /// Continues from `checkpoint()` of a chain with equal target and settings.
+  /// Throws: std::runtime_error if the bytes are not such a checkpoint.
+  Chain(std::shared_ptr<const Target> target, const ChainSettings& settings, std::string_view checkpoint);
+
+  /// One iteration. True if the chain moved to a new State (an accepted candidate equal to the current State is no
+  /// move, and costs no simulation). The first step of a new chain also simulates the initial State.
+  bool step(Simulator& simulator);
+
+  const Stay& stay() const { return stay_; }
+  const ChainCounts& counts() const { return counts_; }
+  const ChainSettings& settings() const { return settings_; }
+  const Target& target() const { return *target_; }
+  std::string checkpoint() const;
+
+ private:
+  bool step_metropolis(Simulator& simulator);
+  bool step_rejection(Simulator& simulator);
+  void start(Simulator& simulator);
+  bool simulate_candidate(Simulator& simulator, double needed);
+  void move_to_candidate();
+  RandomStream random(Purpose purpose) const;
+
+  std::shared_ptr<const Target> target_;
+  ChainSettings settings_;
+  ChainCounts counts_;
+  Stay stay_;
+  std::unique_ptr<Run> stay_run_;
+  // The candidate of the iteration under way; kept to reuse its memory.
+  State candidate_;
+  double candidate_log_prior_ = 0;
+  Score candidate_score_;
+  std::unique_ptr<Run> candidate_run_;
+  bool resumes_ = true;  ///< until the simulator has no Run to offer
+};
+
+}  // namespace retake

@@ -1,0 +1,47 @@
+// Convergence diagnostics of Markov chains: rank-normalised split R-hat, bulk and tail effective sample size.
+// Realises Vehtari, Gelman, Simpson, Carpenter & Buerkner, "Rank-normalization, folding, and localization",
+// Bayesian Analysis 16 (2021) 667-718, sections 3 and 4, for DESIGN section 3; knows nothing of what was
+// drawn.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace retake {
+
+/// What is reported of one quantity (a variable of the state or a measure). The first three are pure numbers.
+struct QuantityDiagnostics {
+  double rhat;      ///< near 1 if the chains agree; the paper asks for less than 1.01
+  double ess_bulk;  ///< effective draws for the centre of the distribution
+  double ess_tail;  ///< effective draws for its 5 % or 95 % quantile, whichever has fewer
+  double mean;      ///< over all draws
+  double sd;        ///< standard deviation over all draws, with S - 1 in the denominator
+};
+
+// All functions take one column per chain and one row per iteration, are pure, and agree with R's `posterior`
+// 1.4.0, whose conventions they share: an odd chain loses its middle draw when it is split; tied draws share
+// the mean of their ranks; the effective sample size of S draws is at most S log10(S).
+//
+// They give NaN where posterior gives NA (all draws equal; chains too short: R-hat needs 4 iterations, the
+// others 6), and wherever a draw is not finite. For quantities with few values two more cases follow: R-hat
+// is NaN if all draws lie equally far from their median, and tail ESS is NaN if 5 % of the draws or more
+// equal the largest.
+
+/// The larger of two R-hats of the split, rank-normalised draws: as they are, and folded about their median.
+double rank_normalised_split_rhat(const Eigen::MatrixXd& draws);
+
+/// Effective sample size of the split, rank-normalised draws.
+double ess_bulk(const Eigen::MatrixXd& draws);
+
+/// The smaller of the effective sample sizes for the 5 % and the 95 % quantile.
+double ess_tail(const Eigen::MatrixXd& draws);
+
+/// Effective sample size for the mean: that of the split draws, on their own scale.
+double ess_mean(const Eigen::MatrixXd& draws);
+
+/// All of them. Mean and sd are NaN only for draws that are not finite, and sd for a single draw.
+QuantityDiagnostics diagnose(const Eigen::MatrixXd& draws);
+
+/// 1 + 2 (rho_1 + rho_2 + ...) of one unsplit chain [iterations]: its length over its effective sample size.
+double integrated_autocorrelation_time(const Eigen::VectorXd& draws);
+
+}  // namespace retake

@@ -1,0 +1,61 @@
+// Model: everything that is uncertain in a world, as a table of random Variables; p_w of the paper.
+// Paper, section 3.1. It must not know what the numbers mean to a simulator.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "sampler/distribution.h"
+#include "sampler/random.h"
+
+namespace retake {
+
+/// One number for each Variable of a Model, in the order of its table. A Variable whose switch is off is absent.
+using State = Eigen::VectorXd;
+
+/// The value of an absent Variable; it never compares equal, so using it by mistake shows.
+inline constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
+
+struct Variable {
+  std::string name;
+  std::string unit;                      ///< "" for a pure number
+  Distribution prior;
+  std::optional<std::size_t> switch_index{};  ///< the Switch that governs its presence; always present if none
+};
+
+/// Immutable once made. Thread safety: shared by all threads.
+class Model {
+ public:
+  /// `in_support` refuses states that no single prior can refuse (a ball that starts inside the lane).
+  /// Requires: a governing switch is an on_off Variable without a switch of its own and stands before what it governs.
+  explicit Model(std::vector<Variable> variables, std::function<bool(const State&)> in_support = {});
+
+  const std::vector<Variable>& variables() const { return variables_; }
+  std::size_t size() const { return variables_.size(); }
+  bool is_present(const State& state, std::size_t variable) const {
+    const auto& governor = variables_[variable].switch_index;
+    return !governor || state[static_cast<Eigen::Index>(*governor)] == 1;
+  }
+  /// The Variables that a Switch governs.
+  const std::vector<std::size_t>& governed_by(std::size_t switch_index) const { return governed_[switch_index]; }
+
+  /// Draws every Variable from its prior, without regard to in_support: draws outside it are misses, so that
+  /// densities stay closed-form.
+  void draw(RandomStream& random, State& state) const;
+
+  /// log p_w: the sum over present Variables; minus infinity outside the support. Requires: state.size() == size().
+  double log_prior(const State& state) const;
+
+ private:
+  std::vector<Variable> variables_;
+  std::vector<std::vector<std::size_t>> governed_;
+  std::function<bool(const State&)> in_support_;
+};
+
+}  // namespace retake

@@ -1,0 +1,62 @@
+// Simulator: what a chain needs of physics - a State goes in, a Score comes out.
+// Paper, section 4, line 5 of the algorithm. It must not know bodies, constraint terms or files.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "sampler/model.h"
+
+namespace retake {
+
+/// What the constraint terms say of an animation.
+struct Score {
+  double log_constraint = -std::numeric_limits<double>::infinity();  ///< log p_c <= 0, up to a constant
+  bool satisfied = false;
+  std::vector<double> measures;  ///< in the order of Target::measure_names; NaN where there is none
+};
+
+/// What a simulator keeps of one simulation so that a later one may continue from it: checkpoints, first touches.
+/// Owned by a chain, a Run outlives the simulator that wrote it and may be read by another thread's simulator.
+class Run {
+ public:
+  virtual ~Run() = default;
+};
+
+/// How a simulation ended.
+enum class SimulationEnd {
+  complete,  ///< the Score is whole
+  stopped,   ///< early: log_constraint can no longer exceed `needed`; the Score is not to be read
+  failed,    ///< it exploded or never came to rest; a rejected candidate
+};
+
+struct SimulationRequest {
+  /// The candidate is of use only if its log_constraint exceeds this, strictly; a simulation may stop once it cannot.
+  double needed = -std::numeric_limits<double>::infinity();
+  /// The simulation of the State from which the candidate was proposed, if it was recorded: the place to resume from.
+  const State* current_state = nullptr;
+  const Run* current_run = nullptr;
+  /// Where to record this simulation; null if nobody will resume from it.
+  Run* record = nullptr;
+};
+
+struct SimulationOutcome {
+  SimulationEnd end = SimulationEnd::failed;
+  double simulated_seconds = 0;  ///< [s] of the world's time that was really stepped
+  double skipped_seconds = 0;    ///< [s] that resuming or stopping early saved, as far as is known
+};
+
+/// Simulates and scores. Reused for many States; owns the scratch memory of one thread.
+/// Contract: the outcome is a pure function of the candidate - the same bits whatever ran before, on whichever
+/// thread, and whether or not it resumed - except that it may be `stopped` where `needed` permits.
+/// Thread safety: one thread at a time.
+class Simulator {
+ public:
+  virtual ~Simulator() = default;
+  /// An empty Run for `SimulationRequest::record`; null where the world does not resume.
+  virtual std::unique_ptr<Run> make_run() const { return nullptr; }
+  virtual SimulationOutcome simulate(const State& candidate, const SimulationRequest& request, Score& score) = 0;
+};
+
+}  // namespace retake

@@ -1,0 +1,273 @@
+// See animation_codec.h.
+#include "worlds/animation_codec.h"
+
+#include <cmath>
+#include <memory>
+
+#include <zstd.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "sampler/bytes.h"
+#include "sampler/check.h"
+
+namespace retake {
+namespace {
+
+constexpr std::uint8_t kVersion = 1;
+constexpr int kCompressionLevel = 1;            // measured: higher levels gain under 5 % here
+constexpr double kPositionQuantum = 1.0 / 16384;  // [m]: errors up to 0.031 mm a component
+constexpr double kRotationQuantum = 1.0 / 8192;   // errors up to 0.014 degree
+constexpr std::size_t kLargestRecord = std::size_t{1} << 28;  // bytes when unpacked; chosen far above any animation
+
+// --- Numbers of a track: the second difference of the quantised values, which is small for smooth motion ---
+
+template <typename Matrix>
+void put_frames(ByteWriter& out, const Matrix& values, double quantum) {
+  for (Eigen::Index row = 0; row < values.rows(); ++row) {
+    std::int64_t before = 0, last = 0;
+    for (Eigen::Index frame = 0; frame < values.cols(); ++frame) {
+      const double value = values(row, frame);
+      CHECK(std::isfinite(value), row, frame);
+      const std::int64_t now = std::llround(value / quantum);
+      out.put_varint(now - (2 * last - before));
+      before = frame == 0 ? now : last;
+      last = now;
+    }
+  }
+}
+
+template <typename Matrix>
+void get_frames(ByteReader& in, Matrix& values, double quantum) {
+  for (Eigen::Index row = 0; row < values.rows(); ++row) {
+    std::int64_t before = 0, last = 0;
+    for (Eigen::Index frame = 0; frame < values.cols(); ++frame) {
+      // Unsigned, so that damaged numbers wrap instead of overflowing.
+      const auto now = static_cast<std::int64_t>(static_cast<std::uint64_t>(in.get_varint()) +
+                                                 2 * static_cast<std::uint64_t>(last) -
+                                                 static_cast<std::uint64_t>(before));
+      before = frame == 0 ? now : last;
+      last = now;
+      values(row, frame) = static_cast<double>(now) * quantum;
+    }
+  }
+}
+
+/// Quaternions with their signs chosen so that successive ones lie in one hemisphere.
+Eigen::Matrix<double, 4, Eigen::Dynamic> in_one_hemisphere(Eigen::Matrix<double, 4, Eigen::Dynamic> rotations) {
+  for (Eigen::Index frame = 1; frame < rotations.cols(); ++frame)
+    if (rotations.col(frame).dot(rotations.col(frame - 1)) < 0) rotations.col(frame) *= -1;
+  return rotations;
+}
+
+void put_pose(ByteWriter& out, const Pose& pose) {
+  for (const double value : pose.position) out.put(value);
+  for (const double value : pose.rotation.coeffs()) out.put(value);
+}
+
+Pose get_pose(ByteReader& in) {
+  Pose pose;
+  for (double& value : pose.position) value = in.get<double>();
+  for (double& value : pose.rotation.coeffs()) value = in.get<double>();
+  return pose;
+}
+
+// --- Shapes: the index of the alternative, then its numbers ------------------------------------
+
+void put_shape(ByteWriter& out, const Shape& shape) {
+  out.put(static_cast<std::uint8_t>(shape.index()));
+  if (const auto* sphere = std::get_if<Sphere>(&shape)) {
+    out.put(sphere->radius);
+  } else if (const auto* box = std::get_if<Box>(&shape)) {
+    for (const double value : box->half_extents) out.put(value);
+  } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
+    out.put(cylinder->radius);
+    out.put(cylinder->height);
+  } else if (const auto* revolution = std::get_if<Revolution>(&shape)) {
+    out.put(static_cast<std::uint32_t>(revolution->profile.size()));
+    for (const auto& [radius, y] : revolution->profile) {
+      out.put(radius);
+      out.put(y);
+    }
+  } else if (const auto* mesh = std::get_if<Mesh>(&shape)) {
+    out.put(static_cast<std::uint32_t>(mesh->positions.size()));
+    for (const double value : mesh->positions) out.put(static_cast<float>(value));
+    out.put(static_cast<std::uint32_t>(mesh->indices.size()));
+    for (const std::uint32_t index : mesh->indices) out.put_varint(index);
+  }
+}
+
+/// A count of things of at least `least_bytes` each, so that a damaged count cannot ask for more than there is.
+std::uint32_t get_count(ByteReader& in, std::size_t least_bytes) {
+  const auto count = in.get<std::uint32_t>();
+  if (count * least_bytes > in.remaining()) throw std::out_of_range("a count is too large");
+  return count;
+}
+
+Shape get_shape(ByteReader& in) {
+  switch (in.get<std::uint8_t>()) {
+    case 0: return Sphere{in.get<double>()};
+    case 1: {
+      Box box;
+      for (double& value : box.half_extents) value = in.get<double>();
+      return box;
+    }
+    case 2: {
+      const auto radius = in.get<double>();
+      return Cylinder{radius, in.get<double>()};
+    }
+    case 3: {
+      Revolution revolution;
+      revolution.profile.resize(get_count(in, 16));
+      for (auto& [radius, y] : revolution.profile) {
+        radius = in.get<double>();
+        y = in.get<double>();
+      }
+      return revolution;
+    }
+    case 4: {
+      Mesh mesh;
+      mesh.positions.resize(get_count(in, 4));
+      for (double& value : mesh.positions) value = in.get<float>();
+      mesh.indices.resize(get_count(in, 1));
+      for (std::uint32_t& index : mesh.indices) index = static_cast<std::uint32_t>(in.get_varint());
+      return mesh;
+    }
+    default: throw std::out_of_range("an unknown shape");
+  }
+}
+
+// --- The whole ----------------------------------------------------------------------------------
+
+std::string pack(const Animation& animation) {
+  ByteWriter out;
+  out.put(animation.rate);
+  out.put(static_cast<std::uint32_t>(animation.frames));
+  out.put(static_cast<std::uint32_t>(animation.bodies.size()));
+  for (const Body& body : animation.bodies) {
+    out.put_text(body.name);
+    put_shape(out, body.shape);
+    out.put_text(body.colour);
+    out.put(body.track ? static_cast<std::int32_t>(*body.track) : -1);
+    if (!body.track) put_pose(out, body.pose);
+  }
+  out.put(static_cast<std::uint32_t>(animation.tracks.size()));
+  for (const Track& track : animation.tracks) {
+    CHECK(track.positions.cols() == static_cast<Eigen::Index>(animation.frames), track.positions.cols());
+    put_pose(out, track.rest);
+    put_frames(out, track.positions, kPositionQuantum);
+    put_frames(out, in_one_hemisphere(track.rotations), kRotationQuantum);
+  }
+  out.put(static_cast<std::uint32_t>(animation.events.size()));
+  for (const ContactEvent& event : animation.events) {
+    out.put(event.time);
+    for (const std::size_t body : event.bodies) out.put(static_cast<std::uint32_t>(body));
+    out.put(static_cast<float>(event.impulse));
+    for (const double value : event.position) out.put(static_cast<float>(value));
+    for (const double value : event.normal) out.put(static_cast<float>(value));
+  }
+  return out.take();
+}
+
+Animation unpack(std::string_view bytes) {
+  ByteReader in(bytes);
+  Animation animation;
+  animation.rate = in.get<double>();
+  animation.frames = in.get<std::uint32_t>();
+  animation.bodies.resize(get_count(in, 13));
+  for (Body& body : animation.bodies) {
+    body.name = in.get_text();
+    body.shape = get_shape(in);
+    body.colour = in.get_text();
+    const auto track = in.get<std::int32_t>();
+    if (track >= 0)
+      body.track = static_cast<std::size_t>(track);
+    else
+      body.pose = get_pose(in);
+  }
+  animation.tracks.resize(get_count(in, 56));
+  for (Track& track : animation.tracks) {
+    track.rest = get_pose(in);
+    if (animation.frames * 7 > in.remaining()) throw std::out_of_range("too many frames");
+    const auto frames = static_cast<Eigen::Index>(animation.frames);
+    track.positions.resize(3, frames);
+    get_frames(in, track.positions, kPositionQuantum);
+    track.rotations.resize(4, frames);
+    get_frames(in, track.rotations, kRotationQuantum);
+    track.rotations.colwise().normalize();
+  }
+  animation.events.resize(get_count(in, 44));
+  for (ContactEvent& event : animation.events) {
+    event.time = in.get<double>();
+    for (std::size_t& body : event.bodies) body = in.get<std::uint32_t>();
+    event.impulse = in.get<float>();
+    for (double& value : event.position) value = in.get<float>();
+    for (double& value : event.normal) value = in.get<float>();
+  }
+  for (const Body& body : animation.bodies)
+    if (body.track && *body.track >= animation.tracks.size()) throw std::out_of_range("a body without its track");
+  for (const ContactEvent& event : animation.events)
+    for (const std::size_t body : event.bodies)
+      if (body >= animation.bodies.size()) throw std::out_of_range("an event without its body");
+  if (!in.at_end()) throw std::out_of_range("bytes are left over");
+  return animation;
+}
+
+}  // namespace
+
+std::string encode_animation(const Animation& animation) {
+  struct Free {
+    void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+  };
+  thread_local const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
+  const std::string packed = pack(animation);
+  std::string compressed(ZSTD_compressBound(packed.size()), '\0');
+  const std::size_t size = ZSTD_compressCCtx(context.get(), compressed.data(), compressed.size(), packed.data(),
+                                             packed.size(), kCompressionLevel);
+  CHECK(!ZSTD_isError(size), ZSTD_getErrorName(size));
+  compressed.resize(size);
+  ByteWriter out;
+  out.put(kVersion);
+  out.put(static_cast<std::uint64_t>(XXH3_64bits(compressed.data(), compressed.size())));
+  out.put_raw(compressed);
+  return out.take();
+}
+
+Animation decode_animation(std::string_view bytes) {
+  try {
+    ByteReader in(bytes);
+    if (in.get<std::uint8_t>() != kVersion) throw std::out_of_range("its version is unknown");
+    const auto checksum = in.get<std::uint64_t>();
+    const std::string_view compressed = bytes.substr(bytes.size() - in.remaining());
+    if (XXH3_64bits(compressed.data(), compressed.size()) != checksum)
+      throw std::out_of_range("its checksum does not fit");
+    const unsigned long long size = ZSTD_getFrameContentSize(compressed.data(), compressed.size());
+    if (size > kLargestRecord) throw std::out_of_range("it does not say its size");
+    std::string packed(size, '\0');
+    if (ZSTD_decompress(packed.data(), packed.size(), compressed.data(), compressed.size()) != size)
+      throw std::out_of_range("it does not unpack");
+    return unpack(packed);
+  } catch (const std::out_of_range& fault) {
+    throw DamagedAnimation(std::string("recorded animation is damaged: ") + fault.what());
+  }
+}
+
+std::string encode_state(const State& state) {
+  ByteWriter out;
+  out.put_numbers(state.data(), static_cast<std::size_t>(state.size()));
+  return out.take();
+}
+
+State decode_state(std::string_view bytes) {
+  try {
+    ByteReader in(bytes);
+    State state;
+    in.get_numbers(state);
+    if (!in.at_end()) throw std::out_of_range("bytes are left over");
+    return state;
+  } catch (const std::out_of_range& fault) {
+    throw DamagedAnimation(std::string("recorded state is damaged: ") + fault.what());
+  }
+}
+
+}  // namespace retake

@@ -1,0 +1,227 @@
+// See ball2d.h. The tables here are meant to be read beside sections 3.1, 5.1.1 and 5.1.2 of the paper.
+#include "worlds/ball2d/ball2d.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "worlds/ball2d/bounce.h"
+
+namespace retake::ball2d {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kMass = 1;                     // [kg], chosen: only the impulses of contact events depend on it
+constexpr double kFrameRate = 60;               // [frames/s]
+constexpr double kTableHalfLength = 6;          // [m], chosen: holds nearly every bounce
+constexpr std::size_t kBall = 0, kTable = 1;    // in Animation::bodies
+
+const ParameterTable& model_table() {
+  static const ParameterTable table({
+      {.name = "normal_sd", .default_value = 10 * kDegree, .minimum = 0, .maximum = std::numbers::pi / 4,
+       .above_minimum = true, .unit = "rad",
+       .summary = "Standard deviation of the tilt of the normal at each collision", .source = "3.1: 10 degrees"},
+      {.name = "collisions", .kind = Parameter::Kind::integer, .default_value = 5, .minimum = 1, .maximum = 20,
+       .summary = "Collisions before the contact at which the ball rests", .source = "5.1"},
+      {.name = "drop_height", .default_value = 4.5, .minimum = kRadius, .maximum = 100, .above_minimum = true,
+       .unit = "m", .summary = "Height of the ball's centre at the start; its diameter is 1 m",
+       .source = "5.1: 4.5 D, read as the height of the centre"},
+      {.name = "restitution", .default_value = 1 / std::numbers::sqrt2, .minimum = 0, .maximum = 1,
+       .above_minimum = true, .summary = "Factor of the normal velocity at a collision", .source = "5.1"},
+      {.name = "gravity", .default_value = 9.81, .minimum = 0, .maximum = 1000, .above_minimum = true,
+       .unit = "m/s^2", .summary = "Gravity; it changes the timing but not the path", .source = "standard gravity"},
+      {.name = "step", .default_value = 5 * kDegree, .minimum = 0, .maximum = std::numbers::pi, .above_minimum = true,
+       .unit = "rad", .summary = "Largest change of a tilt in one proposal of the method metropolis",
+       .source = "5.1.2: 5 degrees"},
+      {.name = "redraw_share", .default_value = 0.05, .minimum = 0, .maximum = 1,
+       .summary = "Share of proposals of the method metropolis that draw every tilt anew; 0: the paper's alone",
+       .source = "chosen: without it one chain in fifty never arrives"},
+  });
+  return table;
+}
+
+// --- The constraint: where the ball comes to rest (5.1.1) ---------------------------------------
+
+class RestPosition final : public Term {
+ public:
+  RestPosition(double x, double sd, double tolerance) : x_(x), sd_(sd), tolerance_(tolerance) {}
+  std::vector<std::string> measure_names() const override { return {"miss"}; }
+  TermScore score(const Animation& animation, std::span<double> measures) const override {
+    const double miss = animation.tracks[0].rest.position.x() - x_;
+    measures[0] = miss;
+    const double z = miss / sd_;
+    return {.log_density = -0.5 * z * z, .satisfied = std::abs(miss) <= tolerance_};
+  }
+  std::vector<Body> markers() const override {
+    return {Body{.name = "target",
+                 .shape = Box{{tolerance_, 0.002, 0.6}},
+                 .colour = "#2f9e5b",
+                 .pose = {.position = {x_, 0.002, 0}}}};
+  }
+
+ private:
+  double x_, sd_, tolerance_;
+};
+
+std::vector<TermKind> make_term_kinds() {
+  ParameterTable fields({
+      {.name = "x", .minimum = -1000, .maximum = 1000, .unit = "m", .summary = "Where the ball shall come to rest"},
+      {.name = "sd", .default_value = 0.1, .minimum = 1e-6, .maximum = 1000, .unit = "m",
+       .summary = "Softness: standard deviation of the miss under p_c", .source = "5.1.1: 0.1 D"},
+      {.name = "tolerance", .default_value = 0.1, .minimum = 0, .maximum = 1000, .above_minimum = true, .unit = "m",
+       .summary = "Satisfied if the ball rests this close", .source = "figure 2: within 0.1 D"},
+  });
+  return {{.kind = "rest_position",
+           .summary = "The ball comes to rest near x",
+           .parameters = std::move(fields),
+           .make = [](const Parameters& term, const Parameters&, std::string_view, std::vector<Fault>&) {
+             return std::make_unique<const RestPosition>(term.number("x"), term.number("sd"),
+                                                         term.number("tolerance"));
+           }}};
+}
+
+// --- The simulator -----------------------------------------------------------------------------
+
+class BallPhysics final : public Physics {
+ public:
+  explicit BallPhysics(const BounceModel& model) : model_(model) {}
+
+  SimulationOutcome simulate(const State& tilts, const Recording& recording, Animation& animation,
+                             std::span<double> measures) override {
+    animation.rate = kFrameRate;
+    animation.frames = 0;
+    animation.tracks.resize(1);
+    animation.events.clear();
+    hops_.clear();
+
+    double duration = 0;
+    const double x = bounce(
+        model_, tilts,
+        [&](const Hop& hop) {
+          duration = hop.start + hop.duration;
+          if (recording.frames) hops_.push_back(hop);
+        },
+        [&](double time, double at, double sine, double cosine, double impulse) {
+          if (impulse <= 0) return;
+          const Eigen::Vector3d normal(sine, cosine, 0);
+          animation.events.push_back({.time = time,
+                                      .bodies = {kBall, kTable},
+                                      .impulse = kMass * impulse,
+                                      .position = Eigen::Vector3d(at, kRadius, 0) - kRadius * normal,
+                                      .normal = normal});
+        });
+    animation.tracks[0].rest.position = {x, kRadius, 0};
+    measures[0] = x;
+    if (recording.frames) record(duration, animation);
+    return {.end = SimulationEnd::complete, .simulated_seconds = duration};
+  }
+
+ private:
+  void record(double duration, Animation& animation) const {
+    animation.bodies = {
+        Body{.name = "ball", .shape = Sphere{kRadius}, .colour = "#c8442f", .track = 0},
+        Body{.name = "table",
+             .shape = Box{{kTableHalfLength, 0.05, 1.2}},
+             .colour = "#b98b5a",
+             .pose = {.position = {0, -0.05, 0}}}};
+    const auto frames = static_cast<Eigen::Index>(std::ceil(duration * kFrameRate)) + 1;
+    animation.frames = static_cast<std::size_t>(frames);
+    Track& track = animation.tracks[0];
+    track.positions.resize(3, frames);
+    track.rotations.resize(4, frames);
+    std::size_t hop = 0;
+    for (Eigen::Index frame = 0; frame < frames; ++frame) {
+      const double time = static_cast<double>(frame) / kFrameRate;
+      while (hop < hops_.size() && time > hops_[hop].start + hops_[hop].duration) ++hop;
+      if (hop < hops_.size()) {
+        const Hop& at = hops_[hop];
+        const double since = time - at.start;
+        track.positions.col(frame) << at.x + at.vx * since,
+            at.y + at.vy * since - 0.5 * model_.gravity * since * since, 0;
+      } else {
+        track.positions.col(frame) = track.rest.position;
+      }
+      track.rotations.col(frame) << 0, 0, 0, 1;  // the model ignores rotation
+    }
+  }
+
+  BounceModel model_;
+  std::vector<Hop> hops_;
+};
+
+class BallScene final : public Scene {
+ public:
+  explicit BallScene(const Parameters& parameters)
+      : bounce_{.drop_height = parameters.number("drop_height"),
+                .restitution = parameters.number("restitution"),
+                .gravity = parameters.number("gravity")},
+        step_(parameters.number("step")),
+        redraw_share_(parameters.number("redraw_share")) {
+    // 3.1: the direction of the normal at each collision.
+    std::vector<Variable> variables;
+    for (std::int64_t i = 1; i <= parameters.integer("collisions"); ++i)
+      variables.push_back({.name = "tilt_" + std::to_string(i),
+                           .unit = "rad",
+                           .prior = Distribution::gaussian(0, parameters.number("normal_sd"))});
+    model_ = std::make_shared<const Model>(std::move(variables));
+  }
+
+  std::shared_ptr<const Model> model() const override { return model_; }
+
+  KernelTable kernels(Ratios ratios) const override {
+    // 5.1.2: each normal with probability one half, by a number uniform on (-5, 5) degrees.
+    std::vector<Perturb::Group> tilts;
+    for (std::size_t i = 0; i < model_->size(); ++i)
+      tilts.push_back({.variables = {i}, .shape = Perturb::Shape::uniform, .size = step_, .probability = 0.5});
+    std::vector<WeightedKernel> rows;
+    if (redraw_share_ < 1)
+      rows.push_back({"perturb", 1 - redraw_share_, std::make_shared<const Perturb>(std::move(tilts))});
+    if (redraw_share_ > 0)
+      rows.push_back({"redraw", redraw_share_, std::make_shared<const Redraw>(Redraw::all(*model_, ratios))});
+    return KernelTable(std::move(rows));
+  }
+
+  std::vector<std::string> measure_names() const override { return {"x"}; }
+  std::unique_ptr<Physics> make_physics() const override { return std::make_unique<BallPhysics>(bounce_); }
+
+ private:
+  BounceModel bounce_;
+  double step_, redraw_share_;
+  std::shared_ptr<const Model> model_;
+};
+
+class BallWorld final : public World {
+ public:
+  std::string_view name() const override { return "ball2d"; }
+  int version() const override { return 1; }
+  std::string_view summary() const override {
+    return "A ball bounces on a table whose normal is uncertain at every collision";
+  }
+  Method default_method() const override { return Method::rejection; }
+  const ParameterTable& model_parameters() const override { return model_table(); }
+  const std::vector<TermKind>& term_kinds() const override {
+    static const std::vector<TermKind> kinds = make_term_kinds();
+    return kinds;
+  }
+  std::vector<json> examples() const override {
+    return {{{"world", "ball2d"},
+             {"title", "A ball that comes to rest one diameter to the right"},
+             {"model", json::object()},
+             {"constraints", {{{"kind", "rest_position"}, {"x", 1.0}, {"sd", 0.1}}}}}};
+  }
+  std::shared_ptr<const Scene> make_scene(const Parameters& model, std::vector<Fault>&) const override {
+    return std::make_shared<const BallScene>(model);
+  }
+};
+
+}  // namespace
+
+const World& world() {
+  static const BallWorld ball_world;
+  return ball_world;
+}
+
+}  // namespace retake::ball2d

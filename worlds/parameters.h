@@ -1,0 +1,64 @@
+// ParameterTable: the fields of a JSON object - their types, ranges, defaults and words - written once. Reading a
+// document and publishing its JSON Schema both come from this table. It must not know any world.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "worlds/document.h"
+
+namespace retake {
+
+/// One field of an object.
+struct Parameter {
+  enum class Kind { number, integer };
+  std::string name{};
+  Kind kind = Kind::number;
+  std::optional<double> default_value{};  ///< none: the field is required
+  double minimum = -std::numeric_limits<double>::infinity();
+  double maximum = std::numeric_limits<double>::infinity();
+  bool above_minimum = false;  ///< the minimum itself is refused
+  std::string unit{};            ///< "" for a pure number
+  std::string summary{};
+  std::string source{};          ///< where the default comes from: a section of the paper, or "chosen" and why
+};
+
+/// An object that a ParameterTable has read: every field is there and in its range.
+class Parameters {
+ public:
+  explicit Parameters(nlohmann::json document) : document_(std::move(document)) {}
+  double number(std::string_view name) const;
+  std::int64_t integer(std::string_view name) const;
+  const nlohmann::json& document() const { return document_; }
+
+ private:
+  nlohmann::json document_;
+};
+
+class ParameterTable {
+ public:
+  explicit ParameterTable(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {}
+
+  /// Fills in the defaults. Appends a fault, with its JSON Pointer below `pointer`, for everything that is wrong:
+  /// not an object, unknown fields, missing ones, wrong types, numbers out of range. What a faulty field holds in the
+  /// result is its default, or its minimum.
+  /// `ignored` names fields that the caller reads itself.
+  Parameters read(const nlohmann::json& object, std::string_view pointer, std::vector<Fault>& faults,
+                  const std::vector<std::string>& ignored = {}) const;
+
+  /// JSON Schema (2020-12) of the object, with default, unit ("x-unit") and source ("x-source") of every field.
+  nlohmann::json schema() const;
+
+ private:
+  std::vector<Parameter> parameters_;
+};
+
+/// A number as a person would write it, for messages.
+std::string plain_number(double value);
+
+}  // namespace retake

@@ -1,0 +1,20 @@
+// The worlds of this build: one line each.
+#include "worlds/ball2d/ball2d.h"
+#include "worlds/world.h"
+
+namespace retake {
+
+const std::vector<const World*>& worlds() {
+  static const std::vector<const World*> registered = {
+      &ball2d::world(),
+  };
+  return registered;
+}
+
+const World* find_world(std::string_view name) {
+  for (const World* world : worlds())
+    if (world->name() == name) return world;
+  return nullptr;
+}
+
+}  // namespace retake

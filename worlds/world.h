@@ -1,0 +1,75 @@
+// World: a family of scenes - what is uncertain in them, how candidates are proposed, how they move, what can be
+// wished. DESIGN sections 1 and 4. It must not know chains, the store or HTTP.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sampler/chain.h"
+#include "sampler/kernel.h"
+#include "sampler/model.h"
+#include "sampler/simulator.h"
+#include "worlds/animation.h"
+#include "worlds/parameters.h"
+#include "worlds/term.h"
+
+namespace retake {
+
+/// What a simulation is asked for.
+struct Recording {
+  bool frames = false;  ///< poses at a fixed rate, played until everything rests; else rests and events are enough
+  /// Constraint terms that may end the simulation early; empty: it runs to its end.
+  std::span<const std::unique_ptr<const Term>> terms{};
+  double needed = -std::numeric_limits<double>::infinity();  ///< see SimulationRequest
+  const State* current_state = nullptr;                      ///< see SimulationRequest
+  const Run* current_run = nullptr;
+  Run* record = nullptr;
+};
+
+/// The physics of one scene for one thread; see the contract of Simulator.
+class Physics {
+ public:
+  virtual ~Physics() = default;
+  virtual std::unique_ptr<Run> make_run() const { return nullptr; }
+  /// Simulates a State within the model's support. Overwrites `animation` and `measures`, whose memory it reuses.
+  virtual SimulationOutcome simulate(const State& state, const Recording& recording, Animation& animation,
+                                     std::span<double> measures) = 0;
+};
+
+/// A world with its model's numbers filled in. Immutable. Thread safety: shared by all threads.
+class Scene {
+ public:
+  virtual ~Scene() = default;
+  virtual std::shared_ptr<const Model> model() const = 0;
+  virtual KernelTable kernels(Ratios ratios) const = 0;
+  /// Names of what Physics::simulate measures.
+  virtual std::vector<std::string> measure_names() const { return {}; }
+  virtual std::unique_ptr<Physics> make_physics() const = 0;
+};
+
+/// Immutable, one object a world, registered in worlds/registry.cpp.
+class World {
+ public:
+  virtual ~World() = default;
+  virtual std::string_view name() const = 0;
+  /// Grows whenever the same scenario and seed no longer give the same samples.
+  virtual int version() const = 0;
+  virtual std::string_view summary() const = 0;
+  virtual Method default_method() const = 0;
+  virtual const ParameterTable& model_parameters() const = 0;
+  virtual const std::vector<TermKind>& term_kinds() const = 0;
+  /// Scenario documents that show the world; an empty store starts with them.
+  virtual std::vector<nlohmann::json> examples() const = 0;
+  /// Appends faults, with pointers below "/model", for what only the parameters together can tell.
+  virtual std::shared_ptr<const Scene> make_scene(const Parameters& model, std::vector<Fault>& faults) const = 0;
+};
+
+/// Every world, in the order in which a person should meet them.
+const std::vector<const World*>& worlds();
+/// Null if there is none of that name.
+const World* find_world(std::string_view name);
+
+}  // namespace retake
