@@ -1,5 +1,6 @@
-// Records: what the Store keeps, as plain values with named fields. Times are milliseconds since the Unix epoch.
-// Realises DESIGN section 5. Blobs are opaque here: their formats belong to the folders that write them.
+// Records: what the Store keeps, as plain values with named fields. Times are milliseconds since the Unix
+// epoch. Realises DESIGN section 5. Blobs are opaque here: their formats belong to the folders that write
+// them.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +16,10 @@ struct ScenarioRecord {
   std::string world;
   int world_version = 1;
   std::string title;
-  std::string document;          ///< canonical JSON text with every default filled in
-  std::int64_t created_at = 0;   ///< [ms]
-  std::uint64_t samples = 0;     ///< filled by the store
-  std::uint64_t running = 0;     ///< chains by state, filled by the store; queued ones count as running
+  std::string document;         ///< canonical JSON text with every default filled in
+  std::int64_t created_at = 0;  ///< [ms]
+  std::uint64_t samples = 0;    ///< filled by the store
+  std::uint64_t running = 0;    ///< chains by state, filled by the store; queued ones count as running
   std::uint64_t paused = 0;
   std::uint64_t finished = 0;
   std::uint64_t failed = 0;
@@ -80,12 +81,12 @@ struct SampleRecord {
   std::string chain;
   std::uint64_t iteration = 0;
   std::uint32_t replica = 0;
-  std::uint64_t weight = 1;   ///< iterations for which the chain stayed
+  std::uint64_t weight = 1;  ///< iterations for which the chain stayed
   double log_prior = 0;
   double log_constraint = 0;
-  double duration = 0;        ///< [s]
-  std::string measures;       ///< JSON object text
-  std::string digest;         ///< of State and Animation, hexadecimal
+  double duration = 0;   ///< [s]
+  std::string measures;  ///< JSON object text
+  std::string digest;    ///< of State and Animation, hexadecimal
   std::uint64_t plays = 0;
   std::int64_t created_at = 0;  ///< [ms], set by the store if 0
 };
@@ -114,12 +115,12 @@ struct ChainProgress {
   std::vector<NewSample> samples;
   std::vector<WeightUpdate> weights;  ///< of samples committed before
   ChainCounters counters;
-  std::optional<ChainState> state;    ///< set when the chain's state changes with this commit
+  std::optional<ChainState> state;  ///< set when the chain's state changes with this commit
   std::string ended_by;
   std::string error;
   std::string checkpoint;
-  std::string trace_block;            ///< appended to the trace unless empty
-  bool replace_trace = false;         ///< the block takes the place of all earlier ones
+  std::string trace_block;     ///< appended to the trace unless empty
+  bool replace_trace = false;  ///< the block takes the place of all earlier ones
 };
 
 /// One draw of a chain for the diagnostics.
@@ -135,8 +136,9 @@ struct PlayRecord {
   std::string id;
   SampleRecord sample;
   bool repeat = false;
-  std::uint64_t remaining = 0;  ///< samples that this player has not seen after this play; without a player, samples never played
-  bool replayed = false;        ///< an idempotency key gave an earlier play again
+  std::uint64_t remaining =
+      0;  ///< samples that this player has not seen after this play; without a player, samples never played
+  bool replayed = false;  ///< an idempotency key gave an earlier play again
 };
 
 struct StoreTotals {

@@ -44,9 +44,9 @@ struct Page {
 class Store {
  public:
   struct Options {
-    bool read_only = false;     ///< for tools that look at a store, also while a daemon serves it
-    std::size_t batch_rows = 32;          ///< a group is committed when it holds this many samples, or
-    double batch_seconds = 0.05;          ///< when its oldest sample is this old [s]
+    bool read_only = false;       ///< for tools that look at a store, also while a daemon serves it
+    std::size_t batch_rows = 32;  ///< a group is committed when it holds this many samples, or
+    double batch_seconds = 0.05;  ///< when its oldest sample is this old [s]
     std::size_t reader_connections = 4;
   };
 
@@ -87,7 +87,8 @@ class Store {
   /// The checkpoint committed last, empty if there is none yet.
   std::string checkpoint(std::string_view chain) const;
   /// Sets the state of a chain, and with it why it ended or failed. Durable when it returns.
-  void set_chain_state(std::string_view id, ChainState state, std::string_view ended_by, std::string_view error);
+  void set_chain_state(std::string_view id, ChainState state, std::string_view ended_by,
+                       std::string_view error);
 
   /// Queues what a chain did since its last commit: new samples, the weight of the sample it stands on, its
   /// counters, its checkpoint and its trace, all in one transaction. Samples are unique by (chain, iteration,
@@ -108,10 +109,12 @@ class Store {
   /// The State of a sample as it was committed, and its recorded animation. Empty optional: no such sample.
   std::optional<std::string> sample_state(std::string_view id) const;
   std::optional<std::string> sample_animation(std::string_view id) const;
-  /// At most `most` samples of a chain, evenly spaced over its satisfied iterations counted with their weights, in
-  /// the order of the chain: sample k is the one on which the chain stood at the k-th of `most` equal parts, so a
-  /// sample of large weight comes up repeatedly. Samples after (not at) `from_iteration` only.
-  std::vector<DrawRecord> draws(std::string_view chain, std::size_t most, std::uint64_t from_iteration = 0) const;
+  /// At most `most` samples of a chain, evenly spaced over its satisfied iterations counted with their
+  /// weights, in the order of the chain: sample k is the one on which the chain stood at the k-th of `most`
+  /// equal parts, so a sample of large weight comes up repeatedly. Samples after (not at) `from_iteration`
+  /// only.
+  std::vector<DrawRecord> draws(std::string_view chain, std::size_t most,
+                                std::uint64_t from_iteration = 0) const;
 
   // --- Plays -----------------------------------------------------------------------------------
 
@@ -130,7 +133,8 @@ class Store {
   std::string last_error() const;
   /// Totals for the metrics page.
   StoreTotals totals() const;
-  /// Writes a consistent copy to a new file, while the store is in use. Throws: StoreError if the file exists.
+  /// Writes a consistent copy to a new file, while the store is in use. Throws: StoreError if the file
+  /// exists.
   void backup(const std::string& path) const;
   /// What is wrong with the file: integrity and foreign keys, one line a fault; empty when sound.
   std::vector<std::string> check() const;

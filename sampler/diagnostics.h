@@ -1,7 +1,6 @@
 // Convergence diagnostics of Markov chains: rank-normalised split R-hat, bulk and tail effective sample size.
 // Realises Vehtari, Gelman, Simpson, Carpenter & Buerkner, "Rank-normalization, folding, and localization",
-// Bayesian Analysis 16 (2021) 667-718, sections 3 and 4, for DESIGN section 3; knows nothing of what was
-// drawn.
+// Bayesian Analysis 16 (2021) 667-718, sections 3 and 4. Knows nothing of what was drawn.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,10 +20,11 @@ struct QuantityDiagnostics {
 // 1.4.0, whose conventions they share: an odd chain loses its middle draw when it is split; tied draws share
 // the mean of their ranks; the effective sample size of S draws is at most S log10(S).
 //
-// They give NaN where posterior gives NA (all draws equal; chains too short: R-hat needs 4 iterations, the
-// others 6), and wherever a draw is not finite. For quantities with few values two more cases follow: R-hat
-// is NaN if all draws lie equally far from their median, and tail ESS is NaN if 5 % of the draws or more
-// equal the largest.
+// They give NaN where posterior gives NA: if all draws are equal, if R-hat has fewer than 4 iterations or an
+// ESS fewer than 6, and, for quantities with few values, if all draws lie equally far from their median
+// (R-hat) or 5 % of them or more equal the largest (tail ESS). Beyond posterior, whose code lets infinities
+// through the ranks and misreads chains of 2 or 3 draws, they give NaN for any draw that is not finite and
+// any short chain.
 
 /// The larger of two R-hats of the split, rank-normalised draws: as they are, and folded about their median.
 double rank_normalised_split_rhat(const Eigen::MatrixXd& draws);
@@ -38,7 +38,8 @@ double ess_tail(const Eigen::MatrixXd& draws);
 /// Effective sample size for the mean: that of the split draws, on their own scale.
 double ess_mean(const Eigen::MatrixXd& draws);
 
-/// All of them. Mean and sd are NaN only for draws that are not finite, and sd for a single draw.
+/// R-hat, bulk and tail ESS, mean and sd. The last two are NaN only without draws, if one is not finite, and
+/// sd for a single one.
 QuantityDiagnostics diagnose(const Eigen::MatrixXd& draws);
 
 /// 1 + 2 (rho_1 + rho_2 + ...) of one unsplit chain [iterations]: its length over its effective sample size.

@@ -22,8 +22,8 @@ double tail_quantile(double p);
 
 }  // namespace as241
 
-/// The z with P(Z <= z) = p, to a relative accuracy of about 1e-16; -infinity at 0, infinity at 1, NaN
-/// outside [0, 1].
+/// The z with P(Z <= z) = p, with a relative error below 1e-15; -infinity at 0, infinity at 1, NaN outside
+/// [0, 1].
 inline double normal_quantile(double p) {
   const double q = p - 0.5;
   if (!(std::abs(q) <= 0.425)) return as241::tail_quantile(p);

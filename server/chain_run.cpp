@@ -1,0 +1,171 @@
+// See chain_run.h.
+#include "server/chain_run.h"
+
+#include <cmath>
+#include <utility>
+
+#include "sampler/check.h"
+#include "server/views.h"
+#include "worlds/animation_codec.h"
+
+namespace retake {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::duration<double> kBetweenClocks{0.0005};  // chosen: reading the clock then costs nothing
+constexpr double kRateMemory = 1.0;  // [s] over which the shown iterations per second are averaged
+
+Chain make_chain(const Scenario& scenario, const ChainRecord& record, std::string_view checkpoint) {
+  const auto ratios = ratios_from(record.ratios);
+  CHECK(ratios.has_value(), record.ratios);
+  auto target = scenario.target(*ratios);
+  return checkpoint.empty() ? Chain(std::move(target), settings_of(record))
+                            : Chain(std::move(target), settings_of(record), checkpoint);
+}
+
+}  // namespace
+
+ChainSettings settings_of(const ChainRecord& record) {
+  const auto method = method_from(record.method);
+  CHECK(method.has_value(), record.method);
+  return {.seed = record.seed, .index = record.index, .method = *method};
+}
+
+ChainRun::ChainRun(std::shared_ptr<const Scenario> scenario, ChainRecord record, std::string_view checkpoint,
+                   const std::vector<std::string>& trace_blocks)
+    : scenario_(std::move(scenario)),
+      record_(std::move(record)),
+      chain_(make_chain(*scenario_, record_, checkpoint)),
+      trace_(scenario_->measure_names().size(), trace_blocks) {
+  const Stay& stay = chain_.stay();
+  if (stay.is_sample) {
+    standing_ = Standing::on_handed_over;
+    standing_iteration_ = stay.iteration;
+  }
+  update_counters();
+}
+
+void ChainRun::step_for(Scenario::Performer& performer, std::chrono::duration<double> time,
+                        std::size_t most_samples) {
+  check_context() = {.scenario = record_.scenario, .chain = record_.id, .iteration = chain_.counts().iteration};
+  const Clock::time_point begin = Clock::now();
+  const double seconds_before = record_.counters.run_seconds;
+  const std::uint64_t iteration_before = chain_.counts().iteration;
+  std::chrono::duration<double> elapsed{0};
+  while (ended_by().empty() && elapsed < time && samples_.size() < most_samples) {
+    const Clock::time_point round = Clock::now();
+    for (std::uint64_t i = 0; i < steps_between_clocks_; ++i) {
+      step(performer);
+      if (!ended_by().empty() || samples_.size() >= most_samples) break;
+    }
+    const Clock::time_point now = Clock::now();
+    elapsed = now - begin;
+    record_.counters.run_seconds = seconds_before + elapsed.count();
+    if (now - round < kBetweenClocks / 2)
+      steps_between_clocks_ *= 2;
+    else if (now - round > kBetweenClocks && steps_between_clocks_ > 1)
+      steps_between_clocks_ /= 2;
+  }
+
+  // The rate, as an exponential average over the running time.
+  if (elapsed.count() > 0) {
+    const double rate = static_cast<double>(chain_.counts().iteration - iteration_before) / elapsed.count();
+    const double keep = iteration_before == 0 ? 0 : std::exp(-elapsed.count() / kRateMemory);
+    double& shown = record_.counters.iterations_per_second;
+    shown = keep * shown + (1 - keep) * rate;
+  }
+  update_counters();
+  check_context() = {};
+}
+
+std::string ChainRun::ended_by() const {
+  const ChainCounts& counts = chain_.counts();
+  const StopRule& stop = record_.stop;
+  if (stop.samples && counts.samples >= *stop.samples) return "samples";
+  if (stop.iterations && counts.iteration >= *stop.iterations) return "iterations";
+  if (stop.seconds && record_.counters.run_seconds >= *stop.seconds) return "seconds";
+  return {};
+}
+
+void ChainRun::step(Scenario::Performer& performer) {
+  const std::uint64_t weight_before = chain_.stay().weight;
+  const bool moved = chain_.step(performer);
+  if (moved) {
+    close_stay(weight_before);
+    if (chain_.stay().is_sample) record_sample(performer);
+  }
+  trace_.record(chain_);
+}
+
+void ChainRun::record_sample(Scenario::Performer& performer) {
+  const Stay& stay = chain_.stay();
+  const Scenario::Performer::Take take = performer.perform(stay.state);
+  // The score is a pure function of the State, recorded or not.
+  CHECK(take.complete && take.score.log_constraint == stay.score.log_constraint, take.score.log_constraint,
+        stay.score.log_constraint);
+  NewSample sample;
+  sample.record.id = sample_id(record_.id, stay.iteration, 0);
+  sample.record.scenario = record_.scenario;
+  sample.record.chain = record_.id;
+  sample.record.iteration = stay.iteration;
+  sample.record.log_prior = stay.log_prior;
+  sample.record.log_constraint = stay.score.log_constraint;
+  sample.record.duration = take.animation.duration();
+  sample.record.measures = measures_json(scenario_->measure_names(), take.score.measures).dump();
+  sample.record.digest = digest(stay.state, take.animation);
+  sample.state = encode_state(stay.state);
+  sample.animation = encode_animation(take.animation);
+  samples_.push_back(std::move(sample));
+  standing_ = Standing::on_gathered;
+  standing_iteration_ = stay.iteration;
+  if (chain_.counts().samples == 1) {
+    record_.counters.first_sample_iteration = stay.iteration;
+    record_.counters.first_sample_seconds = record_.counters.run_seconds;
+  }
+}
+
+void ChainRun::close_stay(std::uint64_t weight) {
+  if (standing_ == Standing::on_gathered) samples_.back().record.weight = weight;
+  if (standing_ == Standing::on_handed_over)
+    weights_.push_back({.iteration = standing_iteration_, .replica = 0, .weight = weight});
+  standing_ = Standing::on_no_sample;
+}
+
+void ChainRun::update_counters() {
+  const ChainCounts& counts = chain_.counts();
+  ChainCounters& counters = record_.counters;
+  counters.iteration = counts.iteration;
+  counters.accepted = counts.accepted;
+  counters.samples = counts.samples;
+  counters.simulations = counts.simulations;
+  counters.failed_simulations = counts.failed_simulations;
+  counters.simulated_seconds = counts.simulated_seconds;
+  counters.kernels.clear();
+  for (std::size_t row = 0; row < counts.kernels.size(); ++row)
+    counters.kernels.push_back({.name = chain_.settings().method == Method::rejection
+                                            ? "prior"
+                                            : chain_.target().kernels.rows()[row].name,
+                                .proposed = counts.kernels[row].proposed,
+                                .accepted = counts.kernels[row].accepted});
+}
+
+ChainProgress ChainRun::take_progress() {
+  if (chain_.stay().is_sample) {
+    close_stay(chain_.stay().weight);
+    standing_ = Standing::on_handed_over;
+  }
+  ChainProgress progress;
+  progress.chain = record_.id;
+  progress.scenario = record_.scenario;
+  progress.samples = std::exchange(samples_, {});
+  progress.weights = std::exchange(weights_, {});
+  progress.counters = record_.counters;
+  progress.checkpoint = chain_.checkpoint();
+  Trace::Block block = trace_.take_block();
+  progress.trace_block = std::move(block.bytes);
+  progress.replace_trace = block.replace;
+  return progress;
+}
+
+}  // namespace retake

@@ -1,0 +1,4 @@
+// The program `retake`.
+#include "server/command_line.h"
+
+int main(int count, char** arguments) { return retake::run_command_line(count, arguments); }

@@ -1,0 +1,97 @@
+// `retake sample`: the daemon's job without a daemon - the same chain, the same samples, the same digests.
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+
+#include "server/chain_run.h"
+#include "server/command_line.h"
+#include "server/identifiers.h"
+#include "server/scenario_library.h"
+#include "server/views.h"
+#include "worlds/animation_codec.h"
+
+namespace retake {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::chrono::duration<double> kBetweenReports{0.2};
+
+std::string read_text(const std::string& path) {
+  if (path == "-") return std::string(std::istreambuf_iterator<char>(std::cin), {});
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error("cannot read " + path);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+ChainRecord chain_record(const SampleOptions& options, const Scenario& scenario) {
+  ChainRecord record;
+  record.seed = options.seed.value_or(random_seed());
+  record.index = options.index;
+  record.id = "seed" + std::to_string(record.seed);
+  record.scenario = scenario_id(scenario.document());
+  record.method = options.method.empty() ? to_string(scenario.world().default_method()) : options.method;
+  record.ratios = options.ratios;
+  if (!method_from(record.method)) throw ConfigurationError("--method must be metropolis or rejection");
+  if (!ratios_from(record.ratios)) throw ConfigurationError("--ratios must be exact or paper");
+  record.stop = {.samples = options.count, .iterations = options.iterations, .seconds = options.seconds};
+  return record;
+}
+
+void write_file(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text << '\n';
+  file.close();
+  if (!file) throw std::runtime_error("cannot write " + path.string());
+}
+
+}  // namespace
+
+Exit sample(const SampleOptions& options) {
+  const auto scenario = Scenario::read(parse_document(read_text(options.scenario)));
+  const auto performer = scenario->make_performer();
+  ChainRun run(scenario, chain_record(options, *scenario), "", {});
+  if (!options.out.empty()) std::filesystem::create_directories(options.out);
+  const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
+
+  std::uint64_t found = 0;
+  while (run.ended_by().empty()) {
+    run.step_for(*performer, kBetweenReports, 256);
+    for (const NewSample& each : run.take_progress().samples) {
+      ++found;
+      json view = sample_json(each.record);
+      for (const char* stored_only : {"created_at", "plays", "weight"}) view.erase(stored_only);
+      if (!options.out.empty()) {
+        const std::filesystem::path path = std::filesystem::path(options.out) / (each.record.id + ".json");
+        const KeyframeHead head{.sample = each.record.id,
+                                .world = std::string(scenario->world().name()),
+                                .world_version = scenario->world().version()};
+        write_file(path, keyframes_json(decode_animation(each.animation), head, options.rate).dump());
+        view["file"] = path.string();
+      }
+      if (options.json)
+        std::cout << view.dump() << '\n';
+      else if (!terminal || !options.out.empty())
+        std::cout << each.record.id << "  " << each.record.digest << (options.out.empty() ? "" : "  " + view.value("file", ""))
+                  << '\n';
+    }
+    const ChainCounters& counters = run.record().counters;
+    if (terminal)
+      std::fprintf(stderr, "\r%llu of %llu samples, %llu iterations, %.0f a second ",
+                   static_cast<unsigned long long>(found), static_cast<unsigned long long>(options.count),
+                   static_cast<unsigned long long>(counters.iteration), counters.iterations_per_second);
+  }
+  if (terminal) std::fputc('\n', stderr);
+  if (options.json) std::cout << json({{"chain", chain_json(run.record())}, {"ended_by", run.ended_by()}}).dump() << '\n';
+  std::cout.flush();
+  if (found >= options.count) return Exit::done;
+  std::fprintf(stderr, "retake: gave up with %llu of %llu samples\n", static_cast<unsigned long long>(found),
+               static_cast<unsigned long long>(options.count));
+  return Exit::failed;
+}
+
+}  // namespace retake

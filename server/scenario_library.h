@@ -1,0 +1,40 @@
+// ScenarioLibrary: the compiled Scenario of every stored scenario that is in use.
+// It must not know chains or HTTP.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "db/store.h"
+#include "worlds/scenario.h"
+
+namespace retake {
+
+/// The id of a scenario: 20 characters of the SHA-256 of its document, so that equal documents have equal ids.
+std::string scenario_id(const nlohmann::json& document);
+
+/// The record of a scenario that is new. `created_at` is now.
+ScenarioRecord new_scenario_record(const Scenario& scenario);
+
+/// Compiles a stored document. Throws: std::runtime_error if this build cannot run it any more (its world is gone,
+/// has another version, or refuses the document).
+std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record);
+
+/// Thread safety: every method may be called from any thread.
+class ScenarioLibrary {
+ public:
+  explicit ScenarioLibrary(const Store& store) : store_(store) {}
+  /// Null if there is no such scenario. Throws: as compile_stored.
+  std::shared_ptr<const Scenario> find(std::string_view id);
+  void forget(std::string_view id);
+
+ private:
+  const Store& store_;
+  std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<const Scenario>, std::less<>> compiled_;
+};
+
+}  // namespace retake

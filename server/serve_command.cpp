@@ -1,0 +1,142 @@
+// `retake serve`: puts the daemon's parts together and takes them apart again.
+#include <csignal>
+#include <pthread.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "server/api.h"
+#include "server/command_line.h"
+
+namespace retake {
+namespace {
+
+constexpr std::uint64_t kExampleSamples = 200;  // a chain; chosen: fills some pages of the gallery
+
+struct Address {
+  std::string host;
+  int port;
+};
+
+/// "127.0.0.1:8080" or "[::1]:8080".
+Address read_address(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0) throw ConfigurationError("--listen wants ADDRESS:PORT, got " + text);
+  std::string host = text.substr(0, colon);
+  if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  const std::string port = text.substr(colon + 1);
+  const bool digits = !port.empty() && port.size() <= 5 && std::all_of(port.begin(), port.end(), [](char character) {
+    return character >= '0' && character <= '9';
+  });
+  if (!digits || std::stoi(port) > 65535) throw ConfigurationError("--listen wants a port from 0 to 65535, got " + port);
+  return {std::move(host), std::stoi(port)};
+}
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
+}
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> parts;
+  std::istringstream text(list);
+  for (std::string part; std::getline(text, part, ',');)
+    if (!part.empty()) parts.push_back(part);
+  return parts;
+}
+
+std::string read_token(const ServeOptions& options) {
+  if (options.token_file.empty()) return options.token;
+  std::ifstream file(options.token_file);
+  std::string token;
+  if (!std::getline(file, token) || token.empty())
+    throw ConfigurationError("--token-file " + options.token_file + " holds no token");
+  return token;
+}
+
+HttpSettings http_settings(const ServeOptions& options) {
+  const Address address = read_address(options.listen);
+  HttpSettings settings;
+  settings.address = address.host;
+  settings.port = address.port;
+  settings.token = read_token(options);
+  settings.allowed_hosts = split(options.allow_hosts);
+  settings.allowed_origins = split(options.allow_origins);
+  if (settings.token.empty() && !is_loopback(address.host))
+    throw ConfigurationError("--listen " + options.listen + " can be reached from other machines: give a --token");
+  return settings;
+}
+
+void add_examples(Api& api) {
+  if (!api.store.scenarios(1, "").records.empty()) return;
+  StopRule stop;
+  stop.samples = kExampleSamples;
+  for (const World* world : worlds())
+    for (const nlohmann::json& document : world->examples()) {
+      const auto scenario = Scenario::read(document);
+      const Store::AddedScenario added = api.store.add_scenario(new_scenario_record(*scenario));
+      start_default_chains(api.runner, *scenario, added.scenario.id, 2, stop);
+    }
+}
+
+/// The signals that end the daemon, blocked in every thread that is made from here on.
+sigset_t block_end_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  return signals;
+}
+
+}  // namespace
+
+Exit serve(const ServeOptions& options) {
+  const HttpSettings settings = http_settings(options);
+  const sigset_t signals = block_end_signals();
+
+  // The address first: a second daemon by mistake should not touch the store.
+  HttpServer server(settings);
+  int port = 0;
+  try {
+    port = server.bind();
+  } catch (const std::runtime_error& fault) {
+    std::fprintf(stderr, "retake: %s\n", fault.what());
+    return Exit::listen_address;
+  }
+
+  Store store(options.store);
+  ScenarioLibrary library(store);
+  EventHub events;
+  ServiceLimits limits;
+  limits.most_samples_per_scenario = options.max_samples;
+  limits.low_water = options.low_water;
+  limits.refill = std::max<std::uint64_t>(options.refill, 1);
+  const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
+  Runner runner(store, library, events,
+                {.threads = options.threads == 0 ? cores : options.threads,
+                 .most_samples_per_scenario = options.max_samples});
+  Api api{.store = store, .library = library, .events = events, .runner = runner, .limits = limits, .server = server};
+  add_all_routes(server, api);
+  runner.resume_stored();
+  if (!options.no_examples) add_examples(api);
+
+  const bool is_ipv6 = settings.address.find(':') != std::string::npos;
+  std::printf("Retake is at http://%s:%d/\n", (is_ipv6 ? "[" + settings.address + "]" : settings.address).c_str(), port);
+  std::fflush(stdout);
+
+  // A first signal ends the daemon in good order. The thread waits for one until the process ends.
+  std::thread([&server, signals] {
+    int signal = 0;
+    sigwait(&signals, &signal);
+    std::fprintf(stderr, "retake: %s, finishing\n", signal == SIGTERM ? "SIGTERM" : "SIGINT");
+    server.stop();
+  }).detach();
+  server.run();
+  runner.drain();
+  return Exit::done;
+}
+
+}  // namespace retake

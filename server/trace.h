@@ -1,0 +1,57 @@
+// Trace: how a chain went, in a bounded number of evenly spaced iterations; figures 2, 6 and 7 of the paper.
+// When it is full, every second point is dropped and the stride doubles, so the points depend on the chain alone.
+// It must not know the store, which keeps its blocks as bytes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sampler/chain.h"
+
+namespace retake {
+
+class Trace {
+ public:
+  static constexpr std::size_t kMostPoints = 2048;
+
+  explicit Trace(std::size_t measures) : width_(kFixedColumns + measures) {}
+  /// Restores a trace from its blocks in order. Throws: std::runtime_error if they are damaged.
+  Trace(std::size_t measures, const std::vector<std::string>& blocks);
+
+  /// Records where the chain stands, if its iteration is a multiple of the stride.
+  void record(const Chain& chain) {
+    if (chain.counts().iteration % stride_ == 0) append(chain);
+  }
+
+  struct Block {
+    std::string bytes;     ///< empty: nothing new
+    bool replace = false;  ///< the block takes the place of all earlier ones
+  };
+  /// What was recorded since the last call.
+  Block take_block();
+
+  struct Point {
+    std::uint64_t iteration;
+    double log_prior;
+    double log_constraint;
+    bool satisfied;
+    const double* measures;
+  };
+  std::size_t size() const { return values_.size() / width_; }
+  Point point(std::size_t index) const;
+
+ private:
+  static constexpr std::size_t kFixedColumns = 4;  // iteration, log_prior, log_constraint, satisfied
+  void append(const Chain& chain);
+
+  std::size_t width_;
+  std::uint64_t stride_ = 1;
+  std::vector<double> values_;
+  std::size_t taken_ = 0;  ///< numbers of values_ that earlier blocks hold
+  bool replace_ = false;
+};
+
+}  // namespace retake

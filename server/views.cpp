@@ -1,0 +1,161 @@
+// See views.h.
+#include "server/views.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <utility>
+
+namespace retake {
+namespace {
+
+using nlohmann::json;
+
+/// JSON has no NaN and no infinity.
+json finite(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+void put(json& object, const char* key, const std::optional<std::uint64_t>& value) {
+  if (value) object[key] = *value;
+}
+
+json stop_json(const StopRule& stop) {
+  json rule = json::object();
+  put(rule, "samples", stop.samples);
+  put(rule, "iterations", stop.iterations);
+  if (stop.seconds) rule["seconds"] = *stop.seconds;
+  return rule;
+}
+
+json parsed(const std::string& text) { return text.empty() ? json::object() : json::parse(text); }
+
+}  // namespace
+
+json measures_json(const std::vector<std::string>& names, std::span<const double> values) {
+  json measures = json::object();
+  for (std::size_t i = 0; i < names.size(); ++i) measures[names[i]] = finite(values[i]);
+  return measures;
+}
+
+json world_json(const World& world) {
+  json constraints = json::array();
+  for (const TermKind& kind : world.term_kinds()) {
+    json schema = kind.parameters.schema();
+    schema["properties"]["kind"] = {{"const", kind.kind}};
+    json required = json::array({"kind"});
+    if (schema.contains("required"))
+      for (const json& name : schema["required"]) required.push_back(name);
+    schema["required"] = std::move(required);
+    constraints.push_back({{"kind", kind.kind}, {"summary", kind.summary}, {"schema", std::move(schema)}});
+  }
+  return {{"name", world.name()},
+          {"version", world.version()},
+          {"summary", world.summary()},
+          {"default_method", to_string(world.default_method())},
+          {"methods", {to_string(Method::rejection), to_string(Method::metropolis)}},
+          {"model", world.model_parameters().schema()},
+          {"constraints", std::move(constraints)},
+          {"examples", world.examples()}};
+}
+
+json scenario_json(const ScenarioRecord& record) {
+  json view = parsed(record.document);
+  view["id"] = record.id;
+  view["created_at"] = timestamp(record.created_at);
+  view["samples"] = record.samples;
+  view["chains"] = {{"running", record.running},
+                    {"paused", record.paused},
+                    {"finished", record.finished},
+                    {"failed", record.failed}};
+  return view;
+}
+
+json chain_json(const ChainRecord& record) {
+  const ChainCounters& counters = record.counters;
+  json kernels = json::array();
+  for (const KernelCount& kernel : counters.kernels)
+    kernels.push_back({{"name", kernel.name}, {"proposed", kernel.proposed}, {"accepted", kernel.accepted}});
+  json view = {{"id", record.id},
+               {"scenario", record.scenario},
+               {"index", record.index},
+               {"seed", record.seed},
+               {"method", record.method},
+               {"ratios", record.ratios},
+               {"state", to_string(record.state)},
+               {"stop", stop_json(record.stop)},
+               {"iteration", counters.iteration},
+               {"accepted", counters.accepted},
+               {"samples", counters.samples},
+               {"simulations", counters.simulations},
+               {"failed_simulations", counters.failed_simulations},
+               {"simulated_seconds", counters.simulated_seconds},
+               {"run_seconds", counters.run_seconds},
+               {"iterations_per_second", counters.iterations_per_second},
+               {"kernels", std::move(kernels)},
+               {"first_sample", nullptr},
+               {"ended_by", record.ended_by.empty() ? json(nullptr) : json(record.ended_by)},
+               {"error", record.error.empty() ? json(nullptr) : json(record.error)},
+               {"created_at", timestamp(record.created_at)}};
+  if (counters.first_sample_iteration)
+    view["first_sample"] = {{"iteration", *counters.first_sample_iteration},
+                            {"seconds", counters.first_sample_seconds.value_or(0)}};
+  return view;
+}
+
+json sample_json(const SampleRecord& record) {
+  return {{"id", record.id},
+          {"scenario", record.scenario},
+          {"chain", record.chain},
+          {"iteration", record.iteration},
+          {"replica", record.replica},
+          {"weight", record.weight},
+          {"log_prior", record.log_prior},
+          {"log_constraint", record.log_constraint},
+          {"duration", record.duration},
+          {"measures", parsed(record.measures)},
+          {"digest", record.digest},
+          {"plays", record.plays},
+          {"created_at", timestamp(record.created_at)}};
+}
+
+json variables_json(const Model& model, const State& state) {
+  json variables = json::object();
+  for (std::size_t i = 0; i < model.size(); ++i)
+    variables[model.variables()[i].name] = finite(state[static_cast<Eigen::Index>(i)]);
+  return variables;
+}
+
+json trace_json(const Trace& trace, const std::vector<std::string>& measure_names, std::size_t points) {
+  const std::size_t count = std::min(points, trace.size());
+  json iteration = json::array(), log_prior = json::array(), log_constraint = json::array(),
+       satisfied = json::array();
+  std::vector<json> measures(measure_names.size(), json::array());
+  for (std::size_t i = 0; i < count; ++i) {
+    // Evenly spread, the first and the last point included.
+    const std::size_t chosen = count == 1 ? trace.size() - 1 : i * (trace.size() - 1) / (count - 1);
+    const Trace::Point point = trace.point(chosen);
+    iteration.push_back(point.iteration);
+    log_prior.push_back(finite(point.log_prior));
+    log_constraint.push_back(finite(point.log_constraint));
+    satisfied.push_back(point.satisfied);
+    for (std::size_t k = 0; k < measures.size(); ++k) measures[k].push_back(finite(point.measures[k]));
+  }
+  json view = {{"iteration", std::move(iteration)},
+               {"log_prior", std::move(log_prior)},
+               {"log_constraint", std::move(log_constraint)},
+               {"satisfied", std::move(satisfied)}};
+  for (std::size_t k = 0; k < measures.size(); ++k) view[measure_names[k]] = std::move(measures[k]);
+  return view;
+}
+
+std::string timestamp(std::int64_t milliseconds) {
+  const auto seconds = static_cast<std::time_t>(milliseconds / 1000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  char text[40];
+  const std::size_t length = std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &utc);
+  std::snprintf(text + length, sizeof text - length, ".%03dZ", static_cast<int>(milliseconds % 1000));
+  return text;
+}
+
+}  // namespace retake

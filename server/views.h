@@ -1,0 +1,43 @@
+// Views: the JSON that clients see of scenarios, chains, samples and animations. API.md names every key.
+// It must not know HTTP or the store's methods.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "db/records.h"
+#include "server/trace.h"
+#include "worlds/animation.h"
+#include "worlds/world.h"
+
+namespace retake {
+
+/// {name: number}, null where a measure has no value.
+nlohmann::json measures_json(const std::vector<std::string>& names, std::span<const double> values);
+
+nlohmann::json world_json(const World& world);
+nlohmann::json scenario_json(const ScenarioRecord& record);
+nlohmann::json chain_json(const ChainRecord& record);
+nlohmann::json sample_json(const SampleRecord& record);
+/// {name: value}, null for absent Variables.
+nlohmann::json variables_json(const Model& model, const State& state);
+/// Equal-length arrays of at most `points` evenly chosen points.
+nlohmann::json trace_json(const Trace& trace, const std::vector<std::string>& measure_names, std::size_t points);
+
+/// What a keyframe document says of the sample itself.
+struct KeyframeHead {
+  std::string sample;
+  std::string world;
+  int world_version = 1;
+};
+/// The keyframe document retake.keyframes/1. `rate` 0 keeps the animation's own rate; another one resamples it.
+nlohmann::json keyframes_json(const Animation& animation, const KeyframeHead& head, double rate = 0);
+
+/// RFC 3339 in UTC with milliseconds.
+std::string timestamp(std::int64_t milliseconds);
+
+}  // namespace retake

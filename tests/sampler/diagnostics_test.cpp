@@ -1,0 +1,196 @@
+// Diagnostics against R's `posterior` (data/make_diagnostics_reference.R), against chains whose answer is
+// known, and at the edges of what they accept.
+#include "sampler/diagnostics.h"
+
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sampler/normal.h"
+
+namespace retake {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+struct ReferenceCase {
+  std::string name;
+  MatrixXd draws;
+  QuantityDiagnostics expected;
+  double expected_ess_mean;
+  double expected_tau;  ///< of the first chain, unsplit
+};
+
+/// The next token, which has to be `name`, and then a number as R writes it.
+double read_number(std::istream& in, const std::string& name) {
+  std::string found, number;
+  if (!(in >> found >> number) || found != name)
+    throw std::runtime_error("expected " + name + ", not " + found);
+  return number == "NA" ? kNaN : std::stod(number);
+}
+
+std::vector<ReferenceCase> read_reference() {
+  const std::string path = RETAKE_SOURCE_DIR "/tests/sampler/data/diagnostics_reference.txt";
+  std::ifstream in(path);
+  if (!in) throw std::runtime_error("cannot read " + path);
+  std::string word;
+  std::getline(in, word);
+  std::vector<ReferenceCase> cases;
+  while (in >> word) {
+    ReferenceCase reference;
+    Index iterations = 0, chains = 0;
+    in >> reference.name >> iterations >> chains;
+    reference.expected.rhat = read_number(in, "rhat");
+    reference.expected.ess_bulk = read_number(in, "ess_bulk");
+    reference.expected.ess_tail = read_number(in, "ess_tail");
+    reference.expected_ess_mean = read_number(in, "ess_mean");
+    reference.expected.mean = read_number(in, "mean");
+    reference.expected.sd = read_number(in, "sd");
+    reference.expected_tau = read_number(in, "tau_of_first_chain");
+    in >> word;
+    reference.draws.resize(iterations, chains);
+    for (Index i = 0; i < iterations; ++i) {
+      for (Index chain = 0; chain < chains; ++chain) {
+        in >> word;
+        reference.draws(i, chain) = std::stod(word);
+      }
+    }
+    cases.push_back(std::move(reference));
+  }
+  return cases;
+}
+
+void expect_close(double actual, double expected, const char* what) {
+  if (std::isnan(expected)) {
+    EXPECT_TRUE(std::isnan(actual)) << what << " is " << actual;
+  } else {
+    EXPECT_NEAR(actual, expected, 1e-11 * std::abs(expected)) << what;
+  }
+}
+
+/// Draws that are independent of each other and normal, the same on every platform.
+MatrixXd normal_draws(Index iterations, Index chains, std::uint64_t seed) {
+  std::mt19937_64 bits(seed);
+  return MatrixXd::NullaryExpr(iterations, chains, [&] {
+    return normal_quantile((static_cast<double>(bits() >> 12) + 0.5) * 0x1p-52);
+  });
+}
+
+void expect_all_nan(const MatrixXd& draws) {
+  const QuantityDiagnostics diagnostics = diagnose(draws);
+  EXPECT_TRUE(std::isnan(diagnostics.rhat));
+  EXPECT_TRUE(std::isnan(diagnostics.ess_bulk));
+  EXPECT_TRUE(std::isnan(diagnostics.ess_tail));
+  EXPECT_TRUE(std::isnan(ess_mean(draws)));
+  EXPECT_TRUE(std::isnan(diagnostics.mean));
+  EXPECT_TRUE(std::isnan(diagnostics.sd));
+}
+
+TEST(Diagnostics, AgreeWithPosterior) {
+  const auto cases = read_reference();
+  EXPECT_EQ(cases.size(), 41u);
+  for (const auto& reference : cases) {
+    SCOPED_TRACE(reference.name);
+    const QuantityDiagnostics actual = diagnose(reference.draws);
+    expect_close(actual.rhat, reference.expected.rhat, "rhat");
+    expect_close(actual.ess_bulk, reference.expected.ess_bulk, "ess_bulk");
+    expect_close(actual.ess_tail, reference.expected.ess_tail, "ess_tail");
+    expect_close(actual.mean, reference.expected.mean, "mean");
+    expect_close(actual.sd, reference.expected.sd, "sd");
+    expect_close(ess_mean(reference.draws), reference.expected_ess_mean, "ess_mean");
+    expect_close(integrated_autocorrelation_time(reference.draws.col(0)), reference.expected_tau, "tau");
+  }
+}
+
+TEST(Diagnostics, DiagnoseGathersTheSingleFunctions) {
+  const MatrixXd draws = normal_draws(50, 3, 1);
+  const QuantityDiagnostics diagnostics = diagnose(draws);
+  EXPECT_EQ(diagnostics.rhat, rank_normalised_split_rhat(draws));
+  EXPECT_EQ(diagnostics.ess_bulk, ess_bulk(draws));
+  EXPECT_EQ(diagnostics.ess_tail, ess_tail(draws));
+}
+
+// Each estimate has a relative standard error below 6 %, so a bound of 30 % fails by chance once in 10^6
+// seeds.
+TEST(Diagnostics, LongAutoregressionHasItsIntegratedAutocorrelationTime) {
+  for (const double coefficient : {0.0, 0.5, 0.9}) {
+    MatrixXd draws = normal_draws(100'000, 2, 7);
+    const double innovation = std::sqrt(1.0 - coefficient * coefficient);
+    for (Index i = 1; i < draws.rows(); ++i) {
+      draws.row(i) = coefficient * draws.row(i - 1) + innovation * draws.row(i);
+    }
+    const double tau = (1.0 + coefficient) / (1.0 - coefficient);
+    EXPECT_NEAR(integrated_autocorrelation_time(draws.col(0)) / tau, 1.0, 0.3);
+    EXPECT_NEAR(ess_mean(draws) * tau / static_cast<double>(draws.size()), 1.0, 0.3);
+    EXPECT_NEAR(ess_bulk(draws) * tau / static_cast<double>(draws.size()), 1.0, 0.3);
+    EXPECT_NEAR(rank_normalised_split_rhat(draws), 1.0, 0.01);
+  }
+}
+
+TEST(Diagnostics, BulkAndTailDependOnRanksOnly) {
+  const MatrixXd draws = normal_draws(200, 2, 3);
+  const MatrixXd stretched = draws.array().cube().exp();
+  EXPECT_EQ(ess_bulk(stretched), ess_bulk(draws));
+  EXPECT_EQ(ess_tail(stretched), ess_tail(draws));
+}
+
+TEST(Diagnostics, RhatSeesAChainOfAnotherPlaceAndOneOfAnotherWidth) {
+  const MatrixXd draws = normal_draws(400, 4, 5);
+  EXPECT_LT(rank_normalised_split_rhat(draws), 1.01);
+  MatrixXd moved = draws;
+  moved.col(2).array() += 1.0;
+  EXPECT_GT(rank_normalised_split_rhat(moved), 1.05);
+  MatrixXd widened = draws;
+  widened.col(2) *= 4.0;
+  EXPECT_GT(rank_normalised_split_rhat(widened), 1.05);
+}
+
+TEST(Diagnostics, ChainsStuckApartNeverAgree) {
+  MatrixXd draws(20, 3);
+  draws.rowwise() = Eigen::RowVector3d(1.0, 2.0, 4.0);
+  EXPECT_EQ(rank_normalised_split_rhat(draws), kInfinity);
+  EXPECT_LT(ess_bulk(draws), 6.0);
+}
+
+TEST(Diagnostics, AnyDrawThatIsNotFiniteGivesNaN) {
+  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+    MatrixXd draws = normal_draws(40, 2, 11);
+    draws(17, 1) = bad;
+    expect_all_nan(draws);
+    EXPECT_TRUE(std::isnan(integrated_autocorrelation_time(draws.col(1))));
+  }
+}
+
+TEST(Diagnostics, NoDrawsGiveNaN) {
+  expect_all_nan(MatrixXd(0, 0));
+  expect_all_nan(MatrixXd(0, 3));
+  expect_all_nan(MatrixXd(5, 0));
+  EXPECT_TRUE(std::isnan(integrated_autocorrelation_time(VectorXd(0))));
+}
+
+TEST(Diagnostics, ShortChainsGiveNaN) {
+  for (Index iterations = 1; iterations < 4; ++iterations) {
+    EXPECT_TRUE(std::isnan(rank_normalised_split_rhat(normal_draws(iterations, 4, 13))));
+  }
+  EXPECT_FALSE(std::isnan(rank_normalised_split_rhat(normal_draws(4, 4, 13))));
+  for (Index iterations = 1; iterations < 6; ++iterations) {
+    EXPECT_TRUE(std::isnan(ess_bulk(normal_draws(iterations, 4, 13))));
+  }
+  EXPECT_FALSE(std::isnan(ess_bulk(normal_draws(6, 4, 13))));
+}
+
+}  // namespace
+}  // namespace retake

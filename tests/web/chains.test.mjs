@@ -1,0 +1,75 @@
+// The chains: started, held, let go on and ended from the page; their trace and diagnostics.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { api, arrived, newPage, startBrowser, startProgram } from "./fixture.mjs";
+
+let program, browser;
+before(async () => {
+  program = await startProgram();
+  browser = await startBrowser();
+});
+after(async () => {
+  await browser?.close();
+  await program?.end();
+  await program?.remove();
+});
+
+test("a chain is started, paused, resumed and stopped, live", async () => {
+  const { page, faults, close } = await newPage(browser);
+  const scenario = (await api(program, "/v1/scenarios")).scenarios[0].id;
+  await page.goto(`${program.address}?scenario=${scenario}`);
+  await page.getByRole("tab", { name: /Chains/ }).click();
+  await arrived(page, { tab: "chains" });
+  const known = (await api(program, `/v1/scenarios/${scenario}/chains`)).chains.map((chain) => chain.id);
+  await page.waitForFunction((count) => document.querySelectorAll("tr[data-chain]").length >= count, known.length);
+
+  // No stop rule, and few hits: it runs until it is told otherwise.
+  await page.getByLabel("Stop after animations").fill("");
+  await page.getByLabel("Seed").fill("11");
+  await page.getByRole("button", { name: "Start", exact: true }).click();
+  await page.waitForFunction((ids) => [...document.querySelectorAll("tr[data-chain]")].some((row) => !ids.includes(row.dataset.chain)), known);
+  const { chains } = await api(program, `/v1/scenarios/${scenario}/chains`);
+  const chain = chains.find(({ id }) => !known.includes(id));
+  assert.equal(chain.seed, 11);
+  const row = page.locator(`tr[data-chain="${chain.id}"]`);
+  const shows = (state) => row.locator(`.state[data-state="${state}"]`).waitFor();
+  const serverSays = async (state) => assert.equal((await api(program, `/v1/chains/${chain.id}`)).state, state);
+
+  await row.getByRole("button", { name: "Pause" }).click();
+  await shows("paused");
+  await serverSays("paused");
+  await row.getByRole("button", { name: "Resume" }).click();
+  await shows("running");
+  const iterations = () => row.locator('td[data-label="Iterations"]').textContent();
+  const before = await iterations();
+  await page.waitForFunction(([id, was]) => document.querySelector(`tr[data-chain="${id}"] td[data-label="Iterations"]`).textContent !== was, [chain.id, before]);
+  await row.getByRole("button", { name: "Stop" }).click();
+  await shows("finished");
+  await serverSays("finished");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("the trace is drawn; chain and quantity are in the address; diagnostics are told", async () => {
+  const { page, faults, close } = await newPage(browser);
+  const scenario = (await api(program, "/v1/scenarios")).scenarios[0].id;
+  await page.goto(`${program.address}?scenario=${scenario}&tab=chains`);
+  await page.locator(".uplot canvas").waitFor();
+  const inked = () => page.waitForFunction(() => {
+    const canvas = document.querySelector(".uplot canvas");
+    const copy = new OffscreenCanvas(canvas.width, canvas.height);
+    const context = copy.getContext("2d", { willReadFrequently: true });
+    context.drawImage(canvas, 0, 0);
+    return context.getImageData(0, 0, copy.width, copy.height).data.some((value) => value > 0);
+  });
+  await inked();
+  await page.getByLabel("Quantity").selectOption("log_prior");
+  await arrived(page, { quantity: "log_prior" });
+  await page.reload();
+  await page.locator(".uplot canvas").waitFor();
+  assert.equal(await page.getByLabel("Quantity").inputValue(), "log_prior");
+  await inked();
+  await page.locator(".diagnostics tbody tr").first().waitFor();
+  assert.deepEqual(faults, []);
+  await close();
+});

@@ -1,0 +1,133 @@
+// What the server holds, kept up to date by its events: scenarios, worlds, and the chains of the open scenario.
+import { pathOf, post, request } from "./api.js";
+import { complain } from "./notice.js";
+import { on } from "./live.js";
+import { place } from "./url_state.js";
+
+/** @type {Map<string, import("./types.js").Scenario>} in the server's order */
+const scenarios = new Map();
+/** @type {Map<string, import("./types.js").Chain>} of the scenario `chainsOf` */
+const chains = new Map();
+let chainsOf = "";
+let cursor = null;
+let ready = false;
+let worlds = null;
+const listeners = new Set();
+
+export const allScenarios = () => [...scenarios.values()];
+export const hasMoreScenarios = () => Boolean(cursor);
+export const isReady = () => ready;
+
+/** The scenario that the address names, else the first. @returns {import("./types.js").Scenario|undefined} */
+export function openScenario() {
+  return place().scenario ? scenarios.get(place().scenario) : scenarios.values().next().value;
+}
+
+/** The chains of the open scenario by their index. */
+export const openChains = () => (chainsOf === openScenario()?.id ? [...chains.values()].sort((a, b) => a.index - b.index) : []);
+
+/** Calls `listener` after anything here changed, at most once a frame. @param {() => void} listener */
+export function onCatalog(listener) {
+  listeners.add(listener);
+}
+
+let told = 0;
+function tell() {
+  // A timer, not a frame: a hidden page keeps its lists right too.
+  told ||= setTimeout(() => {
+    told = 0;
+    for (const listener of listeners) listener();
+  }, 30);
+}
+
+/** @returns {Promise<import("./types.js").World[]>} */
+export async function allWorlds() {
+  worlds ??= request("/v1/worlds").then((body) => body.worlds);
+  try {
+    return await worlds;
+  } catch (error) {
+    worlds = null;
+    throw error;
+  }
+}
+
+export async function loadScenarios({ more = false } = {}) {
+  const body = await request(`/v1/scenarios?limit=100${more && cursor ? `&cursor=${encodeURIComponent(cursor)}` : ""}`);
+  if (!more) scenarios.clear();
+  for (const scenario of body.scenarios) scenarios.set(scenario.id, scenario);
+  cursor = body.next_cursor ?? null;
+  await loadNamed();
+  ready = true;
+  tell();
+}
+
+/** The address may name a scenario further down the list than what is loaded. */
+async function loadNamed() {
+  const named = place().scenario;
+  if (!named || scenarios.has(named)) return;
+  const scenario = await request(pathOf("scenarios", named)).catch((error) => (error.status === 404 ? null : Promise.reject(error)));
+  if (scenario) scenarios.set(named, scenario);
+}
+
+/** Asks for the chains of the open scenario, once for each scenario unless `again`. */
+export async function loadChains({ again = false } = {}) {
+  const scenario = openScenario();
+  if (!scenario || (chainsOf === scenario.id && !again)) return;
+  if (chainsOf !== scenario.id) chains.clear();
+  chainsOf = scenario.id;
+  const body = await request(pathOf("scenarios", scenario.id, "/chains"));
+  if (chainsOf !== scenario.id) return;
+  for (const chain of body.chains) chains.set(chain.id, chain);
+  tell();
+}
+
+/** @param {string} text the document as it was typed @returns {Promise<import("./types.js").Scenario>} */
+export async function createScenario(text) {
+  const scenario = await post("/v1/scenarios", text);
+  scenarios.set(scenario.id, scenario);
+  tell();
+  return scenario;
+}
+
+export async function deleteScenario(id) {
+  await request(pathOf("scenarios", id), { method: "DELETE" });
+  scenarios.delete(id);
+  tell();
+}
+
+/** @param {string} scenario @param {object} wanted see the contract: count, seed, method, stop */
+export async function startChains(scenario, wanted) {
+  const body = await post(pathOf("scenarios", scenario, "/chains"), wanted);
+  for (const chain of body.chains) note(chain);
+  return body.chains;
+}
+
+/** @param {string} id @param {"pause"|"resume"|"stop"} what */
+export async function tellChain(id, what) {
+  const chain = await post(pathOf("chains", id, `/${what}`));
+  if (chain?.id) note(chain);
+  else note(await request(pathOf("chains", id)));
+}
+
+function note(chain) {
+  if (chain.scenario !== chainsOf) return;
+  chains.set(chain.id, chain);
+  tell();
+}
+
+on("chain", note);
+on("scenario", (scenario) => {
+  scenarios.set(scenario.id, scenario);
+  tell();
+});
+on("scenario-deleted", ({ id }) => {
+  scenarios.delete(id);
+  tell();
+});
+on("samples", ({ scenario, count }) => {
+  const known = scenarios.get(scenario);
+  if (!known) return;
+  scenarios.set(scenario, { ...known, samples: count });
+  tell();
+});
+on("resync", () => Promise.all([loadScenarios(), loadChains({ again: true })]).catch(complain));

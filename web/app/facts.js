@@ -1,0 +1,85 @@
+// What is known of the sample in the large view: measures, where it came from, every variable, and its proof.
+import { pathOf, post, request } from "./api.js";
+import { h, say } from "./dom.js";
+import { icon } from "./icons.js";
+import { complain } from "./notice.js";
+import { keyframesPath } from "./takes.js";
+import { count, number, seconds, spaced } from "./words.js";
+
+export class Facts {
+  constructor() {
+    this.title = h("h2");
+    this.measures = h("dl.facts");
+    this.origin = h("dl.facts");
+    this.variables = h("dl.facts.variables");
+    this.variablesTitle = h("summary");
+    this.notes = h("div.notes", { "aria-live": "polite" });
+    this.verdict = h("p.verdict", { "aria-live": "polite" });
+    this.verify = h("button.quiet", { type: "button", onclick: () => this.#verify() }, icon("check"), "Verify");
+    this.keyframes = h("a.button.quiet", { target: "_blank", rel: "noopener" }, "Keyframes");
+    this.model = h("a.button.quiet", { download: "" }, "glTF");
+    this.element = h(
+      "div.facts-panel",
+      {},
+      this.notes,
+      h("section", {}, h("h3", {}, "Measures"), this.measures),
+      h("section", {}, h("h3", {}, "Where it comes from"), this.origin),
+      h("div.row", {}, this.verify, this.keyframes, this.model),
+      this.verdict,
+      h("details", {}, this.variablesTitle, this.variables),
+    );
+  }
+
+  /** @param {string} id */
+  async show(id) {
+    this.id = id;
+    say(this.verdict, "");
+    delete this.verdict.dataset.identical;
+    this.notes.replaceChildren();
+    this.keyframes.href = keyframesPath(id);
+    this.model.href = pathOf("samples", id, "/animation.glb");
+    /** @type {import("./types.js").Sample} */
+    const sample = await request(pathOf("samples", id));
+    if (this.id !== id) return;
+    fill(this.measures, Object.entries(sample.measures ?? {}).map(([name, value]) => [spaced(name), number(value)]));
+    fill(this.origin, [
+      ["duration", seconds(sample.duration)],
+      ["iteration", count(sample.iteration)],
+      ["stayed for", `${count(sample.weight)} ${sample.weight === 1 ? "iteration" : "iterations"}`],
+      ["log prior", number(sample.log_prior)],
+      ["log constraint", number(sample.log_constraint)],
+      ["plays", count(sample.plays)],
+      ["found", new Date(sample.created_at).toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "short" })],
+      ["digest", sample.digest],
+    ]);
+    const variables = Object.entries(sample.variables ?? {});
+    say(this.variablesTitle, `${count(variables.length)} random ${variables.length === 1 ? "variable" : "variables"}`);
+    fill(this.variables, variables.map(([name, value]) => [spaced(name), number(value, 6)]));
+  }
+
+  /** @param {string[]} notes */
+  note(notes) {
+    this.notes.replaceChildren(...notes.map((text) => h("p.note", {}, text)));
+  }
+
+  async #verify() {
+    const { id } = this;
+    this.verify.disabled = true;
+    say(this.verdict, "Simulating it again …");
+    try {
+      const { identical } = await post(pathOf("samples", id, "/verify"));
+      if (this.id !== id) return;
+      this.verdict.dataset.identical = String(identical);
+      say(this.verdict, identical ? "Identical: simulated again, bit for bit the same." : "Not identical: simulated again, it came out differently.");
+    } catch (error) {
+      say(this.verdict, "");
+      complain(error);
+    } finally {
+      this.verify.disabled = false;
+    }
+  }
+}
+
+function fill(list, entries) {
+  list.replaceChildren(...entries.map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", { title: String(value) }, value))));
+}

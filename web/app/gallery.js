@@ -1,0 +1,223 @@
+// The grid of live tiles: pages of samples, the order, and the clock that all tiles share.
+import { pathOf, request } from "./api.js";
+import { arrange, h, say } from "./dom.js";
+import { SharedFraming } from "./framing.js";
+import { icon } from "./icons.js";
+import { on } from "./live.js";
+import { complain } from "./notice.js";
+import { stage } from "./stage.js";
+import { TILE_RATE } from "./takes.js";
+import { Tile } from "./tile.js";
+import { onPlace, go, place } from "./url_state.js";
+import { count } from "./words.js";
+
+const PAGE = 24;
+const REFILL = 400; // [ms] between two looks at what is new
+const HOLD = 1.4; // [s] for which the outcome is shown before all tiles start again
+const ORDERS = { newest: "Newest", oldest: "Oldest", likely: "Likeliest" };
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+export class Gallery {
+  /** @param {string} scenario id */
+  constructor(scenario) {
+    this.scenario = scenario;
+    this.total = 0;
+    this.framing = new SharedFraming();
+    /** @type {Map<string, Tile>} */
+    this.tiles = new Map();
+    this.order = "";
+    this.cursor = null;
+    this.lastCursor = null;
+    this.generation = 0;
+    this.open = true;
+    this.start = 0;
+    this.drawn = 0;
+    this.#build();
+    this.endings = [
+      on("samples", (event) => event.scenario === scenario && this.#arrived(event.count)),
+      on("resync", () => this.order && this.#load()),
+      onPlace(() => this.#playOrRest()),
+    ];
+  }
+
+  get playsAll() {
+    return (place().play || (calm.matches ? "off" : "on")) === "on";
+  }
+
+  #build() {
+    this.orders = Object.entries(ORDERS).map(([name, words]) =>
+      h("button", { type: "button", "data-order": name, onclick: () => go({ order: name }) }, words));
+    this.playAll = h("button.quiet.toggle", { type: "button", onclick: () => go({ play: this.playsAll ? "off" : "on" }) }, icon("repeat"), "Play all");
+    this.fresh = h("button.chip", { type: "button", hidden: true, onclick: () => this.#showFresh() });
+    this.grid = h("ul.grid", { "aria-label": "Animations" });
+    this.more = h("button.quiet.more", { type: "button", hidden: true, onclick: () => this.#loadMore() }, "Load more");
+    this.empty = h("div.empty", { hidden: true }, h("p", {}, "No animation yet."), h("p.dim", {}, "They appear here as soon as a chain finds one."));
+    this.element = h(
+      "section.gallery",
+      {},
+      h("div.toolbar", {}, h("div.segments", { role: "group", "aria-label": "Order" }, ...this.orders), this.playAll, this.fresh),
+      this.empty,
+      this.grid,
+      this.more,
+    );
+    this.nearEnd = new IntersectionObserver((entries) => entries.at(-1).isIntersecting && this.#loadMore(), { rootMargin: "600px" });
+    this.nearEnd.observe(this.more);
+    this.inView = new IntersectionObserver((entries) => {
+      for (const entry of entries) entry.target.tile.setVisible(entry.isIntersecting);
+    }, { rootMargin: "240px" });
+  }
+
+  /** @param {import("./types.js").Scenario} scenario */
+  show(scenario) {
+    this.total = Math.max(this.total, scenario.samples);
+    const order = ORDERS[place().order] ? place().order : "newest";
+    for (const button of this.orders) button.setAttribute("aria-pressed", String(button.dataset.order === order));
+    this.playAll.setAttribute("aria-pressed", String(this.playsAll));
+    if (order !== this.order) {
+      this.order = order;
+      this.#load();
+    }
+    this.#playOrRest();
+    this.#count();
+  }
+
+  close() {
+    this.open = false;
+    for (const end of this.endings) end();
+    this.nearEnd.disconnect();
+    this.inView.disconnect();
+    for (const tile of this.tiles.values()) tile.close();
+  }
+
+  async #ask(cursor) {
+    const query = new URLSearchParams({ limit: String(PAGE), order: this.order });
+    if (cursor) query.set("cursor", cursor);
+    return request(`${pathOf("scenarios", this.scenario, "/samples")}?${query}`);
+  }
+
+  /** The first page anew; tiles that stay keep their pictures. */
+  async #load() {
+    const generation = ++this.generation;
+    try {
+      const page = await this.#ask();
+      if (generation !== this.generation || !this.open) return;
+      this.lastCursor = null;
+      this.cursor = page.next_cursor ?? null;
+      this.#arrange(page.samples);
+    } catch (error) {
+      complain(error);
+    }
+  }
+
+  #loadMore() {
+    if (this.cursor) this.#append(this.cursor);
+  }
+
+  /** Adds what a page has that is not shown yet. @param {string|null} cursor of the page; null: the first */
+  async #append(cursor) {
+    if (this.loading) return;
+    const generation = this.generation;
+    this.loading = true;
+    try {
+      const page = await this.#ask(cursor);
+      if (generation !== this.generation || !this.open) return;
+      this.lastCursor = cursor;
+      this.cursor = page.next_cursor ?? null;
+      this.#arrange([...[...this.tiles.values()].map((tile) => tile.sample), ...page.samples]);
+    } catch (error) {
+      complain(error);
+    } finally {
+      this.loading = false;
+    }
+  }
+
+  #arrange(samples) {
+    const next = new Map();
+    for (const sample of samples) {
+      if (next.has(sample.id)) continue;
+      const tile = this.tiles.get(sample.id) ?? this.#newTile(sample);
+      tile.sample = sample;
+      next.set(sample.id, tile);
+    }
+    for (const [id, tile] of this.tiles) if (!next.has(id)) tile.close();
+    this.tiles = next;
+    arrange(this.grid, [...next.values()].map((tile) => tile.element));
+    this.more.hidden = !this.cursor;
+    // Watched anew, so that a page that does not reach the end of the window loads the next one.
+    this.nearEnd.unobserve(this.more);
+    this.nearEnd.observe(this.more);
+    this.#count();
+    stage.redraw();
+  }
+
+  #newTile(sample) {
+    const tile = new Tile(sample, {
+      admit: (take) => this.framing.admit(take.framing) && this.#reframe(),
+      framing: (take) => this.framing.of(take.framing),
+      playsAll: () => this.playsAll,
+    });
+    this.inView.observe(tile.element);
+    return tile;
+  }
+
+  #reframe() {
+    for (const tile of this.tiles.values()) tile.frame();
+    stage.redraw();
+  }
+
+  /**
+   * New samples fill the first page by themselves, and an open end; others wait to be asked for, so that nothing jumps.
+   * @param {number} total
+   */
+  #arrived(total) {
+    this.total = total;
+    this.#count();
+    const fills = this.order === "oldest" ? !this.cursor && this.tiles.size < total : this.tiles.size < PAGE;
+    if (!this.order || !fills) return;
+    this.filling ??= setTimeout(() => {
+      this.filling = null;
+      if (!this.open) return;
+      if (this.order === "oldest") this.#append(this.lastCursor);
+      else this.#load();
+    }, REFILL);
+  }
+
+  #showFresh() {
+    this.seen = this.total;
+    this.element.scrollIntoView({ block: "start", behavior: calm.matches ? "auto" : "smooth" });
+    this.#load();
+  }
+
+  #count() {
+    this.empty.hidden = this.tiles.size > 0 || this.total > 0;
+    const atTop = this.tiles.size < PAGE;
+    if (atTop || this.seen === undefined) this.seen = this.total;
+    const fresh = this.order !== "oldest" ? this.total - this.seen : 0;
+    this.fresh.hidden = fresh <= 0;
+    say(this.fresh, `${count(fresh)} new`);
+  }
+
+  #playOrRest() {
+    this.playAll.setAttribute("aria-pressed", String(this.playsAll));
+    if (this.playsAll && !this.ticking) {
+      this.ticking = true;
+      this.start = performance.now();
+      stage.run((now) => this.#tick(now));
+    } else if (!this.playsAll) {
+      for (const tile of this.tiles.values()) tile.rest();
+    }
+  }
+
+  /** All tiles play in step: they start together, and together they show the same outcome. */
+  #tick(now) {
+    this.ticking = this.open && this.playsAll && place().tab !== "chains" && !place().sample;
+    if (!this.ticking) return false;
+    if (now - this.drawn < 1000 / TILE_RATE - 4) return true;
+    this.drawn = now;
+    const shown = [...this.tiles.values()].filter((tile) => tile.isShown);
+    const longest = Math.max(0.5, ...shown.map((tile) => tile.view.take.duration));
+    const time = ((now - this.start) / 1000) % (longest + HOLD);
+    for (const tile of shown) tile.at(Math.min(time, tile.view.take.duration));
+    return true;
+  }
+}

@@ -1,0 +1,26 @@
+// Starts the page: each concern in its own module, all of them fed by the address and the server's events.
+import { loadChains, loadScenarios, onCatalog } from "./catalog.js";
+import { startLive } from "./live.js";
+import { complain, startConnectionSigns } from "./notice.js";
+import { startPlayer } from "./player.js";
+import { startScenarioForm } from "./scenario_form.js";
+import { startScenarioList } from "./scenario_list.js";
+import { startScenarioView } from "./scenario_view.js";
+import { stage } from "./stage.js";
+import { startTheme } from "./theme.js";
+import { onPlace } from "./url_state.js";
+
+startTheme(document.getElementById("theme"));
+startConnectionSigns(document.getElementById("banner"), document.getElementById("connection"));
+document.getElementById("no-webgl").hidden = stage.works;
+stage.enter(document.body, true);
+startScenarioList();
+startScenarioView();
+startScenarioForm();
+startPlayer();
+
+const chains = () => loadChains().catch(complain);
+onCatalog(chains);
+onPlace((now, before) => now.scenario !== before.scenario && chains());
+loadScenarios().catch(complain);
+startLive();

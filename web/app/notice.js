@@ -1,0 +1,38 @@
+// Calm words at the foot of the page: what failed, what was done. And the banner while the server is gone.
+import { h, say } from "./dom.js";
+import { on } from "./live.js";
+import { Problem } from "./api.js";
+
+const box = document.getElementById("notices");
+
+/** @param {string} text @param {"plain"|"bad"} [kind] */
+export function notice(text, kind = "plain") {
+  const line = h(`p.notice.${kind}`, {}, text);
+  box.append(line);
+  setTimeout(() => line.remove(), 6000);
+}
+
+/** Says why something was refused; silent when the server is gone, which the banner says. @param {any} error */
+export function complain(error) {
+  if (error.name === "AbortError" || (error instanceof Problem && error.status === 0)) return;
+  if (!(error instanceof Problem)) throw error;
+  notice([error.message, ...error.errors.map((fault) => `${fault.pointer} ${fault.detail}`)].join(" – "), "bad");
+}
+
+/** @param {HTMLElement} banner @param {HTMLElement} dot */
+export function startConnectionSigns(banner, dot) {
+  let patience = 0;
+  on("connection", (state) => {
+    clearTimeout(patience);
+    dot.dataset.state = state;
+    dot.title = state === "live" ? "Live" : "Not connected";
+    if (state === "live") banner.hidden = true;
+    // A restart within a second or two is nobody's business.
+    else patience = setTimeout(() => show(banner), 1500);
+  });
+}
+
+function show(banner) {
+  say(banner, "The server is out of reach. This page stays as it is and connects again by itself.");
+  banner.hidden = false;
+}

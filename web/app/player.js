@@ -1,0 +1,230 @@
+// The large view of one sample. Where it stands, how fast it plays and from where it is seen is in the address.
+import { h, say } from "./dom.js";
+import { Facts } from "./facts.js";
+import { icon } from "./icons.js";
+import { complain } from "./notice.js";
+import { Orbit } from "./orbit.js";
+import { stage, View } from "./stage.js";
+import { takeOf } from "./takes.js";
+import { SPEEDS, Transport } from "./transport.js";
+import { go, onPlace, place, settle } from "./url_state.js";
+
+const HOLD = 0.8; // [s] at the end before it plays again
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+export function startPlayer() {
+  const player = new Player(document.getElementById("player"));
+  const show = () => player.show();
+  onPlace(show);
+  show();
+}
+
+class Player {
+  /** @param {HTMLDialogElement} dialog */
+  constructor(dialog) {
+    this.dialog = dialog;
+    this.id = "";
+    this.time = 0;
+    this.playing = false;
+    this.facts = new Facts();
+    this.message = h("p.shot-note");
+    this.picture = h("div.picture", { tabIndex: 0, role: "img", "aria-label": "The animation. Drag to turn, wheel to come closer." }, this.message);
+    this.view = new View(this.picture);
+    this.orbit = new Orbit(this.view, () => settle({ camera: this.orbit.text }));
+    this.transport = new Transport({
+      toggle: () => this.#toggle(),
+      seek: (time) => this.#seek(time),
+      settled: () => this.#settle(),
+      speed: (speed) => settle({ speed }),
+      loop: () => settle({ loop: place().loop === "on" ? "off" : "on" }),
+      path: () => settle({ path: place().path === "on" ? "off" : "on" }),
+      reset: () => this.orbit.reset(),
+    });
+    const button = (words, sign, act) => h("button.quiet.square", { type: "button", "aria-label": words, title: words, onclick: act }, icon(sign));
+    this.previous = button("Previous animation (J)", "previous", () => this.#neighbour(-1));
+    this.next = button("Next animation (K)", "next", () => this.#neighbour(1));
+    this.close = button("Close (Esc)", "close", () => this.#leave());
+    dialog.append(
+      h("div.stage-place"),
+      h("div.player-main", {}, this.picture, this.transport.element),
+      h("aside.player-side", { "aria-label": "Facts" }, h("div.player-head", {}, h("h2", {}, "Animation"), this.previous, this.next, this.close), this.facts.element),
+    );
+    dialog.addEventListener("cancel", (event) => {
+      event.preventDefault();
+      this.#leave();
+    });
+    dialog.addEventListener("keydown", (event) => this.#key(event));
+    addEventListener("resize", () => (this.view.stale = true));
+  }
+
+  /** Follows the address. */
+  show() {
+    const { sample, speed, loop, path, t, camera } = place();
+    if (sample !== this.id) this.#change(sample);
+    if (!sample) return;
+    this.transport.showChosen({ speed: SPEEDS.includes(Number(speed)) ? speed : "1", loop: loop === "on", path: path === "on" });
+    this.view.shown = { path: path === "on", contacts: true };
+    this.orbit.text = camera;
+    this.view.stale = true;
+    stage.request();
+    if (t !== "" && Number(t) !== Number(this.time.toFixed(3)) && Number.isFinite(Number(t))) {
+      this.playing = false;
+      this.#at(Number(t));
+    } else if (t === "" && !this.playing && this.take && !this.waits) {
+      this.#play();
+    }
+    this.transport.showPlaying(this.playing);
+  }
+
+  async #change(id) {
+    const was = this.id;
+    this.id = id;
+    this.take = null;
+    this.view.take = null;
+    this.playing = false;
+    if (!id) return this.#shut();
+    this.time = place().t === "" ? 0 : Math.max(0, Number(place().t) || 0);
+    if (!this.dialog.open) this.dialog.showModal();
+    if (!was) {
+      stage.add(this.view);
+      stage.enter(this.dialog, false);
+      this.picture.focus();
+    }
+    this.#findNeighbours();
+    this.picture.classList.remove("drawn");
+    this.transport.element.inert = true;
+    say(this.message, stage.works ? "" : "No 3D graphics in this browser (WebGL 2 is missing).");
+    try {
+      const facts = this.facts.show(id);
+      if (stage.works) await this.#loadTake(id);
+      await facts;
+    } catch (error) {
+      if (this.id === id) say(this.message, error.status === 404 ? "This animation is not here any more." : "This animation is not available.");
+      complain(error);
+    }
+  }
+
+  async #loadTake(id) {
+    const take = await takeOf(id);
+    if (this.id !== id) return;
+    this.take = take;
+    this.view.take = take;
+    this.picture.classList.add("drawn");
+    this.facts.note(take.notes);
+    this.transport.element.inert = false;
+    this.transport.showTake(take);
+    this.#at(Math.min(this.time, take.duration));
+    this.waits = calm.matches;
+    this.show();
+  }
+
+  #shut() {
+    if (!this.dialog.open) return;
+    this.dialog.close();
+    stage.remove(this.view);
+    stage.enter(document.body, true);
+  }
+
+  #leave() {
+    go({ sample: "", t: "", camera: "" });
+  }
+
+  #at(time) {
+    this.time = Math.max(0, this.take ? Math.min(time, this.take.duration) : time);
+    this.view.time = this.time;
+    this.view.stale = true;
+    if (this.take) this.transport.showTime(this.time);
+    stage.request();
+  }
+
+  #play() {
+    this.playing = true;
+    this.transport.showPlaying(true);
+    let last = performance.now();
+    const run = (this.run = Symbol("run"));
+    let held = 0;
+    stage.run((now) => {
+      if (!this.playing || !this.take || this.run !== run) return false;
+      const passed = Math.min(Math.max(0, (now - last) / 1000), 0.25);
+      last = now;
+      const time = this.time + passed * (Number(place().speed) || 1);
+      if (time < this.take.duration) {
+        this.#at(time);
+        return true;
+      }
+      this.#at(this.take.duration);
+      held += passed;
+      if (place().loop !== "on") {
+        this.#settle();
+        return false;
+      }
+      if (held >= HOLD) {
+        held = 0;
+        this.#at(0);
+      }
+      return true;
+    });
+  }
+
+  #toggle() {
+    if (!this.take) return;
+    this.waits = false;
+    if (this.playing) return this.#settle();
+    if (this.time >= this.take.duration) this.#at(0);
+    settle({ t: "" });
+    if (!this.playing) this.#play();
+  }
+
+  #seek(time) {
+    this.playing = false;
+    this.transport.showPlaying(false);
+    this.#at(time);
+  }
+
+  /** Stands still here; the address says where. */
+  #settle() {
+    this.playing = false;
+    this.transport.showPlaying(false);
+    settle({ t: this.time.toFixed(3) });
+  }
+
+  #findNeighbours() {
+    const tile = document.querySelector(`#scenario .tile[data-sample="${CSS.escape(this.id)}"]`);
+    this.beside = [tile?.previousElementSibling?.dataset.sample, tile?.nextElementSibling?.dataset.sample];
+    this.previous.disabled = !this.beside[0];
+    this.next.disabled = !this.beside[1];
+  }
+
+  #neighbour(step) {
+    this.#findNeighbours();
+    const id = this.beside[step < 0 ? 0 : 1];
+    if (id) go({ sample: id, t: "" });
+  }
+
+  #key(event) {
+    const { target, key } = event;
+    if (event.metaKey || event.ctrlKey || event.altKey || target.matches("select")) return;
+    const frame = this.take ? 1 / this.take.rate : 0;
+    const step = (by) => {
+      this.#seek(this.time + by);
+      this.#settle();
+    };
+    const acts = {
+      " ": () => !target.matches("button, a, summary") && (this.#toggle(), true),
+      ArrowLeft: () => step(-frame * (event.shiftKey ? 10 : 1)),
+      ArrowRight: () => step(frame * (event.shiftKey ? 10 : 1)),
+      Home: () => step(-Infinity),
+      End: () => step(this.take.duration),
+      l: () => settle({ loop: place().loop === "on" ? "off" : "on" }),
+      p: () => settle({ path: place().path === "on" ? "off" : "on" }),
+      j: () => this.#neighbour(-1),
+      k: () => this.#neighbour(1),
+      "0": () => this.orbit.reset(),
+      "+": () => this.orbit.zoom(0.85),
+      "-": () => this.orbit.zoom(1 / 0.85),
+    };
+    const act = acts[key.length === 1 ? key.toLowerCase() : key];
+    if (!act || (!this.take && !["j", "k"].includes(key))) return;
+    if (act() !== false) event.preventDefault();
+  }
+}

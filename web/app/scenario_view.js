@@ -1,0 +1,126 @@
+// The open scenario: its wish, its tabs, and what to do with it.
+import { deleteScenario, isReady, onCatalog, openChains, openScenario, startChains } from "./catalog.js";
+import { Gallery } from "./gallery.js";
+import { ChainPanel } from "./chain_panel.js";
+import { h, say } from "./dom.js";
+import { complain } from "./notice.js";
+import { ELSEWHERE } from "./scenario_list.js";
+import { go, onPlace, place } from "./url_state.js";
+import { count, number, wish } from "./words.js";
+
+const MORE = 50;
+
+export function startScenarioView() {
+  const host = document.getElementById("scenario");
+  let open = null;
+  const show = () => {
+    const scenario = openScenario();
+    if (open?.id !== scenario?.id || (!scenario && isReady())) {
+      open?.close();
+      open = scenario ? new ScenarioView(scenario) : null;
+      host.replaceChildren(open ? open.element : isReady() ? nothing() : "");
+    }
+    open?.show(scenario);
+  };
+  onCatalog(show);
+  onPlace(show);
+}
+
+function nothing() {
+  const text = place().scenario ? "This scenario is not here any more." : "There is no scenario yet.";
+  return h("div.empty", {}, h("h1", {}, text), h("p", {}, "Pick one from the list, or wish for something new."), h("button.primary", { type: "button", onclick: () => go({ scenario: "", ...ELSEWHERE, create: "any" }) }, "New scenario"));
+}
+
+class ScenarioView {
+  /** @param {import("./types.js").Scenario} scenario */
+  constructor(scenario) {
+    this.id = scenario.id;
+    this.gallery = new Gallery(scenario.id);
+    this.chains = new ChainPanel(scenario);
+    this.tabs = { animations: tab("animations", "Animations"), chains: tab("chains", "Chains") };
+    this.panels = { animations: this.gallery.element, chains: this.chains.element };
+    for (const [name, panel] of Object.entries(this.panels)) {
+      panel.id = `panel-${name}`;
+      panel.setAttribute("role", "tabpanel");
+      panel.setAttribute("aria-labelledby", `tab-${name}`);
+    }
+    this.pace = h("span.pace", { "aria-live": "off" });
+    this.more = h("button.primary", { type: "button", onclick: () => this.#findMore() }, `Find ${MORE} more`);
+    this.remove = h("button.quiet.danger", { type: "button", onclick: () => this.#remove() }, "Delete scenario");
+    const { id, title, world, world_version, model, constraints } = scenario;
+    this.element = h(
+      "article",
+      {},
+      h(
+        "header.wish",
+        {},
+        h("div.wish-words", {}, h("h1", {}, title || "Untitled"), h("p.sentence", {}, wish(scenario))),
+        h("div.wish-act", {}, this.pace, this.more),
+      ),
+      h(
+        "details.document",
+        {},
+        h("summary", {}, "The scenario as it was asked for"),
+        h("pre", { tabIndex: 0 }, JSON.stringify({ id, world, world_version, title, model, constraints }, null, 2)),
+        this.remove,
+      ),
+      h("div.tabs", { role: "tablist", "aria-label": "What to see", onkeydown: (event) => this.#turn(event) }, ...Object.values(this.tabs)),
+      ...Object.values(this.panels),
+    );
+  }
+
+  /** @param {import("./types.js").Scenario} scenario */
+  show(scenario) {
+    document.title = `${scenario.title || "Untitled"} – Retake`;
+    const chains = openChains();
+    const running = chains.filter((chain) => chain.state === "running");
+    say(this.tabs.animations.lastChild, count(scenario.samples));
+    say(this.tabs.chains.lastChild, count(Object.values(scenario.chains ?? {}).reduce((sum, each) => sum + each, 0)));
+    const pace = running.reduce((sum, chain) => sum + (chain.iterations_per_second ?? 0), 0);
+    say(this.pace, running.length ? `${running.length} ${running.length === 1 ? "chain" : "chains"} searching · ${number(pace, 3)} tries a second` : "");
+    this.pace.hidden = !running.length;
+    const active = this.panels[place().tab] ? place().tab : "animations";
+    for (const name of Object.keys(this.panels)) {
+      this.panels[name].hidden = name !== active;
+      this.tabs[name].setAttribute("aria-selected", String(name === active));
+      this.tabs[name].tabIndex = name === active ? 0 : -1;
+    }
+    if (active === "animations") this.gallery.show(scenario);
+    else this.chains.show(chains);
+  }
+
+  close() {
+    this.gallery.close();
+    this.chains.close();
+  }
+
+  #turn(event) {
+    if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
+    const next = place().tab === "chains" ? "animations" : "chains";
+    go({ tab: next });
+    this.tabs[next].focus();
+  }
+
+  async #findMore() {
+    this.more.disabled = true;
+    await startChains(this.id, { stop: { samples: MORE } }).catch(complain);
+    this.more.disabled = false;
+  }
+
+  async #remove() {
+    if (!this.remove.dataset.sure) {
+      this.remove.dataset.sure = "yes";
+      say(this.remove, "Delete it with all its animations?");
+      this.remove.addEventListener("blur", () => {
+        delete this.remove.dataset.sure;
+        say(this.remove, "Delete scenario");
+      }, { once: true });
+      return;
+    }
+    await deleteScenario(this.id).then(() => go({ scenario: "", ...ELSEWHERE }), complain);
+  }
+}
+
+function tab(name, words) {
+  return h("button.tab", { type: "button", role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}`, onclick: () => go({ tab: name }) }, `${words} `, h("span.number", {}, ""));
+}

@@ -1,0 +1,150 @@
+// A Take: one animation ready to be drawn. Geometry is built once; motion is keyframe tracks that are interpolated.
+import * as THREE from "../vendor/three.module.js";
+import { geometryOf, isKnown, placeholder } from "./shapes.js";
+import { cageSurface, surfaceOf, trailSurface } from "./look.js";
+import { trailOf } from "./trail.js";
+import { framingOf } from "./framing.js";
+
+const FORMAT = "retake.keyframes/1";
+const MOST_TRAILS = 12;
+const MOST_CONTACTS = 240;
+const CONTACT_COLOR = "#cf3f2e";
+
+export class Take {
+  /** @param {import("./types.js").Keyframes} keyframes @param {{trailWidth?: number}} [look] relative to the usual */
+  constructor(keyframes, { trailWidth = 1 } = {}) {
+    this.duration = keyframes.duration;
+    this.rate = keyframes.rate;
+    this.events = [...(keyframes.events ?? [])].sort((a, b) => a.time - b.time);
+    /** What the reader should know about what is shown. @type {string[]} */
+    this.notes = keyframes.format === FORMAT ? [] : [`This page reads ${FORMAT}, not ${keyframes.format}.`];
+    this.group = new THREE.Group();
+    this.paths = new THREE.Group();
+    this.ahead = new THREE.Group();
+    this.group.add(this.paths, this.ahead);
+    this.owned = [];
+    this.movers = [];
+    this.trails = [];
+    const times = Float32Array.from({ length: keyframes.frames }, (_, frame) => frame / keyframes.rate);
+    const unknown = new Set();
+    for (const body of keyframes.bodies) this.#addBody(body, keyframes.tracks, times, unknown);
+    if (unknown.size) {
+      this.notes.push(`A cage stands in for what this page cannot draw: ${[...unknown].join(", ")}.`);
+    }
+    /** What a camera should show. @type {import("./framing.js").Framing} */
+    this.framing = framingOf(this);
+    this.size = this.framing.box.getSize(new THREE.Vector3()).length();
+    this.#addTrails(trailWidth);
+    this.#addContacts();
+  }
+
+  #addBody(body, tracks, times, unknown) {
+    const known = isKnown(body.shape);
+    if (!known) unknown.add(`“${body.shape?.type}” (${body.name})`);
+    const { geometry, owned } = known ? geometryOf(body.shape) : { geometry: placeholder(), owned: true };
+    if (owned) this.owned.push(geometry);
+    const mesh = new THREE.Mesh(geometry, known ? surfaceOf(body) : cageSurface);
+    mesh.name = body.name;
+    mesh.castShadow = known && body.name !== "target";
+    mesh.receiveShadow = known;
+    this.group.add(mesh);
+    if (body.track === undefined) {
+      mesh.position.fromArray(body.position ?? [0, 0, 0]);
+      mesh.quaternion.fromArray(body.rotation ?? [0, 0, 0, 1]);
+      mesh.updateMatrixWorld();
+      return;
+    }
+    const { position, rotation } = tracks[body.track];
+    const moves = new THREE.VectorKeyframeTrack(".position", times, position);
+    const turns = new THREE.QuaternionKeyframeTrack(".quaternion", times, rotation);
+    this.movers.push({
+      body,
+      mesh,
+      positions: moves.values,
+      position: moves.createInterpolant(new Float32Array(3)),
+      rotation: turns.createInterpolant(new Float32Array(4)),
+    });
+  }
+
+  #addTrails(width) {
+    const radius = (this.movers.length > 1 ? 0.0016 : 0.0032) * this.size * width;
+    const trails = this.movers.map(({ body, positions }) => ({ body, ...trailOf(positions, radius) }));
+    trails.sort((a, b) => b.length - a.length);
+    for (const [rank, { body, geometry, indexCountAt, length }] of trails.entries()) {
+      this.owned.push(geometry);
+      if (rank >= MOST_TRAILS || length < 0.02 * this.size) continue;
+      const mesh = new THREE.Mesh(geometry, trailSurface(body.color));
+      // The same tube once more in full: where the body is going to be.
+      const whole = new THREE.BufferGeometry().setAttribute("position", geometry.getAttribute("position")).setIndex(geometry.index);
+      this.owned.push(whole);
+      const faint = new THREE.Mesh(whole, trailSurface(body.color, true));
+      mesh.userData.color = faint.userData.color = body.color;
+      faint.userData.faint = true;
+      this.paths.add(mesh);
+      this.ahead.add(faint);
+      this.trails.push({ mesh, indexCountAt });
+    }
+  }
+
+  /** An arrow for each contact, along its normal: the harder, the longer. A contact without a place has none. */
+  #addContacts() {
+    const placed = this.events.filter((event) => event.position && event.normal).slice(0, MOST_CONTACTS);
+    if (!placed.length) return;
+    const hardest = Math.max(...placed.map((event) => event.impulse ?? 0), 1e-9);
+    const geometry = arrow();
+    this.owned.push(geometry);
+    this.contacts = new THREE.InstancedMesh(geometry, trailSurface(CONTACT_COLOR), placed.length);
+    this.contacts.userData.color = CONTACT_COLOR;
+    this.contacts.frustumCulled = false;
+    this.contactTimes = placed.map((event) => event.time);
+    const upright = new THREE.Vector3(0, 1, 0);
+    placed.forEach((event, at) => {
+      const length = 0.16 * this.size * (0.4 + 0.6 * Math.sqrt((event.impulse ?? 0) / hardest));
+      const turn = new THREE.Quaternion().setFromUnitVectors(upright, new THREE.Vector3().fromArray(event.normal).normalize());
+      const place = new THREE.Vector3().fromArray(event.position);
+      this.contacts.setMatrixAt(at, new THREE.Matrix4().compose(place, turn, new THREE.Vector3(length, length, length)));
+    });
+    this.group.add(this.contacts);
+  }
+
+  /**
+   * Puts every body where it is at `time` [s].
+   * @param {number} time @param {{path?: boolean, contacts?: boolean}} [shown] `contacts` adds arrows and what is ahead
+   */
+  pose(time, { path = true, contacts = false } = {}) {
+    const t = Math.min(Math.max(time, 0), this.duration);
+    for (const { mesh, position, rotation } of this.movers) {
+      mesh.position.fromArray(position.evaluate(t));
+      mesh.quaternion.fromArray(rotation.evaluate(t)).normalize();
+    }
+    this.paths.visible = path;
+    this.ahead.visible = path && contacts;
+    if (this.contacts) {
+      this.contacts.visible = path && contacts;
+      const later = this.contactTimes.findIndex((each) => each > t + 1e-6);
+      this.contacts.count = later < 0 ? this.contactTimes.length : later;
+    }
+    const frame = Math.round(t * this.rate);
+    for (const { mesh, indexCountAt } of this.trails) {
+      mesh.geometry.setDrawRange(0, indexCountAt[Math.min(frame, indexCountAt.length - 1)]);
+    }
+  }
+
+  /** Takes the colours of the present theme. */
+  wearTheme() {
+    const lines = [...this.paths.children, ...this.ahead.children, ...(this.contacts ? [this.contacts] : [])];
+    for (const mesh of lines) mesh.material = trailSurface(mesh.userData.color, mesh.userData.faint);
+  }
+
+  /** Frees what the graphics card holds for this take alone. */
+  dispose() {
+    for (const geometry of this.owned) geometry.dispose();
+    this.contacts?.dispose();
+  }
+}
+
+/** An arrow of length 1 along +y. */
+function arrow() {
+  const outline = [[0, 0], [0.018, 0], [0.018, 0.72], [0.065, 0.72], [0, 1]];
+  return new THREE.LatheGeometry(outline.map(([radius, y]) => new THREE.Vector2(radius, y)), 12);
+}

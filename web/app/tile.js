@@ -1,0 +1,124 @@
+// One tile of the gallery: a sample's picture, which moves, and a line of what it is.
+import { h, say } from "./dom.js";
+import { complain } from "./notice.js";
+import { stage, View } from "./stage.js";
+import { TILE_RATE, takeOf } from "./takes.js";
+import { address, go } from "./url_state.js";
+import { gist, seconds } from "./words.js";
+
+export class Tile {
+  #visible = false;
+
+  /**
+   * @param {import("./types.js").Sample} sample
+   * @param {{admit: (take: object) => void, framing: (take: object) => object, playsAll: () => boolean}} gallery
+   */
+  constructor(sample, gallery) {
+    this.sample = sample;
+    this.gallery = gallery;
+    this.note = h("span.shot-note");
+    this.shot = h("span.shot", {}, this.note);
+    this.view = new View(this.shot);
+    this.link = h(
+      "a.tile-link",
+      {
+        href: address({ sample: sample.id }),
+        "aria-label": `Animation, ${gist(sample, 3)}, ${seconds(sample.duration)}`,
+        onclick: (event) => this.#open(event),
+        onpointerenter: () => this.#playAlone(),
+        onpointerleave: () => this.rest(),
+        onfocus: () => this.#playAlone(),
+        onblur: () => this.rest(),
+      },
+      this.shot,
+      h("span.tile-line", {}, h("span.tile-gist", {}, gist(sample)), h("span.dim", {}, seconds(sample.duration))),
+    );
+    this.element = h("li.tile", {}, this.link);
+    this.element.tile = this;
+    this.element.dataset.sample = sample.id;
+    stage.add(this.view);
+  }
+
+  /** Whether it has a picture that is in the window. */
+  get isShown() {
+    return this.#visible && this.view.take !== null;
+  }
+
+  /** @param {boolean} visible */
+  setVisible(visible) {
+    this.#visible = visible;
+    if (visible) this.#load();
+    // Far away it lets go of its take, so that the store of takes can.
+    else this.#drop();
+  }
+
+  async #load() {
+    if (!stage.works || this.view.take || this.loading) return;
+    this.loading = true;
+    try {
+      const take = await takeOf(this.sample.id, TILE_RATE);
+      if (!this.#visible || this.closed) return;
+      this.view.take = take;
+      this.view.time = take.duration;
+      this.gallery.admit(take);
+      this.frame();
+      this.shot.classList.add("drawn");
+      say(this.note, take.notes.join(" "));
+      stage.redraw();
+    } catch (error) {
+      say(this.note, "Not available");
+      complain(error);
+    } finally {
+      this.loading = false;
+    }
+  }
+
+  #drop() {
+    this.alone = false;
+    this.view.take = null;
+    this.shot.classList.remove("drawn");
+  }
+
+  /** Takes the gallery's common framing. */
+  frame() {
+    if (this.view.take) this.view.framing = this.gallery.framing(this.view.take);
+    this.view.stale = true;
+  }
+
+  /** Shows the moment `time` [s]. @param {number} time */
+  at(time) {
+    if (time === this.view.time) return;
+    this.view.time = time;
+    this.view.stale = true;
+    stage.request();
+  }
+
+  #playAlone() {
+    if (this.gallery.playsAll() || this.alone || !this.view.take) return;
+    this.alone = true;
+    const start = performance.now();
+    stage.run((now) => {
+      if (!this.alone || !this.view.take || this.gallery.playsAll()) return false;
+      this.at(Math.min(Math.max(0, now - start) / 1000 % (this.view.take.duration + 0.8), this.view.take.duration));
+      return true;
+    });
+  }
+
+  /** Stands still where it ended, its whole path drawn. */
+  rest() {
+    this.alone = false;
+    if (this.view.take && !this.gallery.playsAll()) this.at(this.view.take.duration);
+  }
+
+  close() {
+    this.closed = true;
+    this.#drop();
+    stage.remove(this.view);
+  }
+
+  #open(event) {
+    if (event.metaKey || event.ctrlKey || event.shiftKey || event.button) return;
+    event.preventDefault();
+    go({ sample: this.sample.id });
+  }
+}

@@ -1,0 +1,28 @@
+// The shapes that cross the boundary to the server, as the HTTP contract gives them. Types only.
+
+/** @typedef {{kind: string, [key: string]: any}} Constraint */
+/** @typedef {{running: number, paused: number, finished: number, failed: number}} ChainCounts */
+/** @typedef {{id: string, world: string, world_version: number, title: string, model: object,
+ *   constraints: Constraint[], created_at: string, samples: number, chains: ChainCounts}} Scenario */
+/** @typedef {{name: string, version: number, summary: string, default_method: string, methods?: string[],
+ *   model: object,
+ *   constraints: {kind: string, summary: string, schema: object}[], examples: object[]}} World */
+/** @typedef {{id: string, scenario: string, index: number, seed: number, method: string, ratios: string,
+ *   state: "queued"|"running"|"paused"|"finished"|"failed", iteration: number, accepted: number, samples: number,
+ *   simulations: number, simulated_seconds: number, iterations_per_second: number,
+ *   kernels: {name: string, proposed: number, accepted: number}[],
+ *   first_sample: {iteration: number, seconds: number}|null, error?: string}} Chain */
+/** @typedef {{id: string, scenario: string, chain: string, iteration: number, weight: number, log_prior: number,
+ *   log_constraint: number, duration: number, measures: Object<string, number|boolean|null>, digest: string,
+ *   plays: number, created_at: string, variables?: Object<string, number|null>}} Sample */
+/** @typedef {{type: "sphere", radius: number} | {type: "box", half_extents: number[]}
+ *   | {type: "cylinder", radius: number, height: number} | {type: "revolution", profile: number[][]}
+ *   | {type: "mesh", positions: number[], indices: number[]}} Shape */
+/** @typedef {{name: string, shape: Shape, color: string, track?: number, position?: number[],
+ *   rotation?: number[]}} Body */
+/** @typedef {{time: number, kind: string, bodies: string[], impulse: number, position?: number[],
+ *   normal?: number[]}} KeyframeEvent where, and the direction in which the first body is pushed */
+/** @typedef {{format: string, sample: string, rate: number, frames: number, duration: number, bodies: Body[],
+ *   tracks: {position: number[], rotation: number[]}[], events: KeyframeEvent[]}} Keyframes */
+
+export {};
