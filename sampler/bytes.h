@@ -32,8 +32,15 @@ class ByteWriter {
   /// Small signed integers in few bytes: zigzag, then seven bits a byte.
   void put_varint(std::int64_t value) {
     auto rest = (static_cast<std::uint64_t>(value) << 1) ^ static_cast<std::uint64_t>(value >> 63);
-    for (; rest >= 0x80; rest >>= 7) bytes_.push_back(static_cast<char>(rest | 0x80));
-    bytes_.push_back(static_cast<char>(rest));
+    if (rest < 0x80) {
+      bytes_.push_back(static_cast<char>(rest));
+      return;
+    }
+    char digits[10];
+    std::size_t count = 0;
+    for (; rest >= 0x80; rest >>= 7) digits[count++] = static_cast<char>(rest | 0x80);
+    digits[count++] = static_cast<char>(rest);
+    bytes_.append(digits, count);
   }
   void put_raw(std::string_view bytes) { bytes_.append(bytes); }
   const std::string& bytes() const { return bytes_; }

@@ -1,6 +1,7 @@
 // See kernel.h.
 #include "sampler/kernel.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -23,6 +24,7 @@ double log_density(const Model& model, const State& state, std::size_t variable)
 
 Redraw::Redraw(const Model& model, std::vector<std::size_t> block, Ratios ratios)
     : block_(std::move(block)), ratios_(ratios) {
+  std::sort(block_.begin(), block_.end());  // a switch before what it governs
   std::vector<bool> in_block(model.size(), false);
   for (const std::size_t variable : block_) {
     CHECK(variable < model.size(), variable);

@@ -42,7 +42,7 @@ class RandomStream {
   }
 
   /// Uniform on the open interval (0, 1).
-  double uniform() { return (static_cast<double>(bits() >> 11) + 0.5) * 0x1p-53; }
+  double uniform() { return (static_cast<double>(bits() >> 12) + 0.5) * 0x1p-52; }
 
   /// Standard normal, by inversion: one uniform draw each.
   double gaussian() { return normal_quantile(uniform()); }

@@ -18,18 +18,20 @@ constexpr std::uint8_t kVersion = 1;
 constexpr int kCompressionLevel = 1;            // measured: higher levels gain under 5 % here
 constexpr double kPositionQuantum = 1.0 / 16384;  // [m]: errors up to 0.031 mm a component
 constexpr double kRotationQuantum = 1.0 / 8192;   // errors up to 0.014 degree
+constexpr double kLargestScaled = 0x1p60;         // so that second differences stay within 64 bits
 constexpr std::size_t kLargestRecord = std::size_t{1} << 28;  // bytes when unpacked; chosen far above any animation
 
 // --- Numbers of a track: the second difference of the quantised values, which is small for smooth motion ---
 
 template <typename Matrix>
 void put_frames(ByteWriter& out, const Matrix& values, double quantum) {
+  const double scale = 1 / quantum;  // a power of two: exact
   for (Eigen::Index row = 0; row < values.rows(); ++row) {
     std::int64_t before = 0, last = 0;
     for (Eigen::Index frame = 0; frame < values.cols(); ++frame) {
-      const double value = values(row, frame);
-      CHECK(std::isfinite(value), row, frame);
-      const std::int64_t now = std::llround(value / quantum);
+      const double scaled = values(row, frame) * scale;
+      CHECK(std::abs(scaled) < kLargestScaled, row, frame, values(row, frame));
+      const auto now = static_cast<std::int64_t>(scaled + (scaled < 0 ? -0.5 : 0.5));
       out.put_varint(now - (2 * last - before));
       before = frame == 0 ? now : last;
       last = now;
