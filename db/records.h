@@ -69,9 +69,9 @@ struct ChainRecord {
   ChainState state = ChainState::queued;
   StopRule stop;
   ChainCounters counters;
-  std::string ended_by;  ///< for finished chains: what ended it
-  std::string error;     ///< for failed chains
-  std::int64_t created_at = 0;
+  std::string ended_by;         ///< for finished chains: what ended it
+  std::string error;            ///< for failed chains
+  std::int64_t created_at = 0;  ///< [ms], set by the store if 0
 };
 
 /// A sample without its blobs. Its id names its place for good: chain, iteration and replica.
@@ -145,9 +145,9 @@ struct StoreTotals {
   std::uint64_t scenarios = 0;
   std::uint64_t samples = 0;
   std::uint64_t plays = 0;
-  std::uint64_t queued_commits = 0;
-  std::uint64_t failed_commits = 0;
-  std::uint64_t file_bytes = 0;  ///< database and write-ahead log
+  std::uint64_t queued_commits = 0;  ///< writes that wait for their commit
+  std::uint64_t failed_commits = 0;  ///< writes that failed since the store was opened
+  std::uint64_t file_bytes = 0;      ///< database and write-ahead log
 };
 
 }  // namespace retake

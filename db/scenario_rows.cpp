@@ -10,8 +10,9 @@
 namespace retake::database {
 namespace {
 
-// Rows that one purge removes; chosen so that plays wait a few milliseconds for it at most.
-constexpr int kPurgeSlice = 100;
+// How much one purge removes; chosen so that plays wait a few milliseconds for it at most.
+constexpr int kPurgedSamples = 50;
+constexpr int kPurgedRows = 500;
 
 #define SCENARIO_COLUMNS                                                                                  \
   "SELECT scenario.row, id, world, world_version, title, document, created_at, stock.samples,"            \
@@ -111,18 +112,24 @@ bool purge(Connection& connection) {
     return query.next() ? std::optional(query.integer()) : std::nullopt;
   }();
   if (!row) return false;
-  // The large tables by slices, from the leaves up; the rest goes with the scenario's own row.
+    // The large tables by slices, from the leaves up; the rest goes with the scenario's own row.
+#define NEXT_SAMPLES "(SELECT row FROM sample INDEXED BY sample_by_scenario WHERE scenario = ? LIMIT ?)"
   const bool more =
       run(connection,
-          "DELETE FROM sample WHERE row IN"
-          " (SELECT row FROM sample INDEXED BY sample_by_scenario WHERE scenario = ? LIMIT ?)",
-          *row, kPurgeSlice) > 0 ||
+          "DELETE FROM play WHERE row IN (SELECT row FROM play WHERE sample IN " NEXT_SAMPLES " LIMIT ?)",
+          *row, kPurgedSamples, kPurgedRows) > 0 ||
+      run(connection,
+          "DELETE FROM seen WHERE (player, sample) IN"
+          " (SELECT player, sample FROM seen WHERE sample IN " NEXT_SAMPLES " LIMIT ?)",
+          *row, kPurgedSamples, kPurgedRows) > 0 ||
+      run(connection, "DELETE FROM sample WHERE row IN " NEXT_SAMPLES, *row, kPurgedSamples) > 0 ||
       run(connection,
           "DELETE FROM trace_block WHERE row IN (SELECT trace_block.row FROM chain CROSS JOIN trace_block"
           " ON trace_block.chain = chain.row WHERE chain.scenario = ? LIMIT ?)",
-          *row, kPurgeSlice) > 0 ||
+          *row, kPurgedRows) > 0 ||
       run(connection, "DELETE FROM player WHERE row IN (SELECT row FROM player WHERE scenario = ? LIMIT ?)",
-          *row, kPurgeSlice) > 0;
+          *row, kPurgedRows) > 0;
+#undef NEXT_SAMPLES
   if (!more) run(connection, "DELETE FROM scenario WHERE row = ?", *row);
   return true;
 }

@@ -101,6 +101,7 @@ void Connection::checkpoint() {
 
 void Connection::copy_to(const std::string& path) {
   Connection target(path, Access::create);
+  target.execute("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF");
   sqlite3_backup* backup = sqlite3_backup_init(target.handle_.get(), "main", handle_.get(), "main");
   if (backup == nullptr) target.raise(sqlite3_errcode(target.handle_.get()));
   // All pages in one step, so that all are of one snapshot.

@@ -56,7 +56,8 @@ class Connection {
   std::size_t log_pages() const { return log_pages_; }
   /// Moves what readers no longer need from the write-ahead log into the database. Throws: DatabaseError.
   void checkpoint();
-  /// Copies the whole database, as one snapshot, into an empty file. Throws: DatabaseError.
+  /// Copies the whole database, as one snapshot, into an empty file, which is of no use if this fails and is
+  /// not flushed if it succeeds. Throws: DatabaseError.
   void copy_to(const std::string& path);
   /// The text of every statement that is prepared and not in use.
   std::vector<std::string> prepared_statements() const;

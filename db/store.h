@@ -67,7 +67,8 @@ class Store {
   };
   /// Adds a scenario unless one with the same id is there. Durable when it returns.
   AddedScenario add_scenario(const ScenarioRecord& scenario);
-  /// Deletes a scenario with its chains, samples, plays and traces. False: it was not there.
+  /// Deletes a scenario with its chains, samples, plays and traces: nothing of it is found once this returns,
+  /// its space is freed little by little afterwards. False: it was not there.
   bool delete_scenario(std::string_view id);
   std::optional<ScenarioRecord> scenario(std::string_view id) const;
   /// Newest first. Throws: BadCursor.
@@ -78,6 +79,7 @@ class Store {
   // --- Chains ----------------------------------------------------------------------------------
 
   /// Adds chains in one transaction. Durable when it returns. Throws: StoreError if the scenario is gone.
+  /// Requires: ids that are not empty and hold no '-'.
   void add_chains(const std::vector<ChainRecord>& chains);
   std::optional<ChainRecord> chain(std::string_view id) const;
   /// In the order in which they were added.
@@ -86,7 +88,8 @@ class Store {
   std::vector<ChainRecord> chains_in_states(const std::vector<ChainState>& states) const;
   /// The checkpoint committed last, empty if there is none yet.
   std::string checkpoint(std::string_view chain) const;
-  /// Sets the state of a chain, and with it why it ended or failed. Durable when it returns.
+  /// Sets the state of a chain, and with it why it ended or failed. Durable when it returns. A chain that was
+  /// deleted meanwhile is left out.
   void set_chain_state(std::string_view id, ChainState state, std::string_view ended_by,
                        std::string_view error);
 
@@ -94,7 +97,8 @@ class Store {
   /// counters, its checkpoint and its trace, all in one transaction. Samples are unique by (chain, iteration,
   /// replica): one that is there already keeps its row and plays and takes the new weight.
   /// Progress of a chain that was deleted meanwhile is dropped. The future is ready once it is committed, and
-  /// holds how many samples the scenario has then.
+  /// holds how many samples the scenario has then (0 if it was dropped), or a StoreError; nothing of the
+  /// progress is stored then. The queue has no bound: wait for the futures.
   std::future<std::uint64_t> commit(ChainProgress progress);
 
   /// A chain's trace: the blobs of its trace blocks in order.
@@ -129,14 +133,16 @@ class Store {
 
   // --- Service ---------------------------------------------------------------------------------
 
-  /// The error of the last failed write, empty when the last write succeeded.
+  /// The error of the last failed write, empty when the last write succeeded. A write that was refused (no
+  /// such scenario, a conflicting key) has not failed.
   std::string last_error() const;
   /// Totals for the metrics page.
   StoreTotals totals() const;
   /// Writes a consistent copy to a new file, while the store is in use. Throws: StoreError if the file
   /// exists.
   void backup(const std::string& path) const;
-  /// What is wrong with the file: integrity and foreign keys, one line a fault; empty when sound.
+  /// What is wrong with the file: integrity, foreign keys, counts and missing blobs, one line a fault; empty
+  /// when sound. Reads the whole file.
   std::vector<std::string> check() const;
 
  private:

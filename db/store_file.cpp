@@ -2,6 +2,7 @@
 // Realises DESIGN section 5.
 #include "db/store_file.h"
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -70,7 +71,7 @@ std::unique_ptr<Connection> open_to_write(const std::string& path) {
       "PRAGMA synchronous = FULL;"
       "PRAGMA secure_delete = OFF;"  // the file is no secret, and overwriting halves the speed of deletes
       "PRAGMA cache_size = -8000;"   // [kB], chosen: the inner pages of every index of 100,000 samples
-      "PRAGMA journal_size_limit = 16777216");  // [B], so that a log once swollen does not stay so
+      "PRAGMA journal_size_limit = 33554432");  // [B], so that a log once swollen does not stay so
   if (state != FileState::current) migrate(*connection);
   connection->execute("PRAGMA foreign_keys = ON");
   return connection;
@@ -88,9 +89,11 @@ void require_current(const std::string& path) {
 }
 
 void write_backup(Connection& connection, const std::string& path) {
-  // Claim the name, write beside it, then put the whole copy in its place.
+  // Write beside it, then give the whole copy its name, unless that has been taken meanwhile.
   if (fs::exists(path)) throw StoreError("store: cannot back up to " + path + ": the file exists");
-  const std::string unfinished = path + ".unfinished";
+  static std::atomic<unsigned> backups = 0;
+  const std::string unfinished =
+      path + ".unfinished-" + std::to_string(::getpid()) + "-" + std::to_string(++backups);
   try {
     File(unfinished, O_RDWR | O_CREAT | O_TRUNC).flush();
     connection.copy_to(unfinished);

@@ -81,6 +81,7 @@ class Writer {
     const char* operation = "";
     Clock::time_point queued_at;
     std::exception_ptr error;
+    bool refused = false;  // the error is of the work's own
   };
   template <typename Work>
   struct TypedJob : Job {

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kNothing = -std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kCheckpointVersion = 1;
+constexpr int kMostInitialDraws = 1'000'000;  // chosen: a support that is missed so often is a wrong model
 
 /// Equal bit for bit, so that absent Variables compare too.
 bool identical(const State& left, const State& right) {
@@ -68,10 +69,12 @@ bool Chain::step(Simulator& simulator) {
 void Chain::start(Simulator& simulator) {
   // Line 1 of the paper's algorithm: the initial State is a draw from the prior, within its support.
   RandomStream draws = random(Purpose::initial);
-  do {
+  stay_.log_prior = kNothing;
+  for (int tries = 0; stay_.log_prior == kNothing; ++tries) {
+    if (tries == kMostInitialDraws) throw std::runtime_error("no draw from the prior lies within its support");
     target_->model->draw(draws, stay_.state);
     stay_.log_prior = target_->model->log_prior(stay_.state);
-  } while (stay_.log_prior == kNothing);
+  }
   // Rejection needs no place to start from.
   if (settings_.method == Method::rejection) return;
   std::swap(candidate_, stay_.state);

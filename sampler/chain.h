@@ -77,6 +77,7 @@ class Chain {
 
   /// One iteration. True if the chain moved to a new State (an accepted candidate equal to the current State is no
   /// move, and costs no simulation). The first step of a new chain also simulates the initial State.
+  /// Throws: std::runtime_error if the prior never draws a State within its support.
   bool step(Simulator& simulator);
 
   const Stay& stay() const { return stay_; }

@@ -69,6 +69,7 @@ std::optional<std::string> HttpConnection::read_head() {
   const auto began = std::exchange(head_began_, std::nullopt).value_or(Clock::now());
   const auto deadline = began + to_duration(settings_.head_seconds);
   const auto hurried = began + to_duration(std::min(settings_.head_seconds, kHurriedSeconds));
+  bool is_late = false;
   while (true) {
     const std::optional<std::size_t> end = end_of_head();
     const std::size_t size = end.value_or(buffer_.size()) - begin_;
@@ -78,12 +79,13 @@ std::optional<std::string> HttpConnection::read_head() {
       begin_ = *end;
       return head;
     }
-    const bool hurry = load_.is_stopping || load_.waiting_connections > 0;
-    const auto limit = hurry ? hurried : deadline;
-    if (Clock::now() >= limit)
+    if (is_late)
       throw HttpProblem(408, "request-timeout", "The request took too long",
                         "The request's head did not arrive in time.");
+    const bool hurry = load_.is_stopping || load_.waiting_connections > 0;
+    const auto limit = hurry ? hurried : deadline;
     if (fill(std::min(limit, Clock::now() + kGlance)) == Wait::gone) return std::nullopt;
+    is_late = Clock::now() >= limit;
   }
 }
 
@@ -216,7 +218,8 @@ void HttpConnection::close_gently() {
   const bool hurry = load_.is_stopping || load_.waiting_connections > 0;
   const auto deadline = after(hurry ? kGentleSeconds / 10 : kGentleSeconds);
   for (std::size_t discarded = 0; discarded < kGentleBytes && Clock::now() < deadline;) {
-    const ssize_t count = recv(socket_, nullptr, kGentleBytes, MSG_TRUNC | MSG_DONTWAIT);
+    std::array<char, 16 * 1024> unread;
+    const ssize_t count = recv(socket_, unread.data(), unread.size(), MSG_DONTWAIT);
     if (count > 0) {
       discarded += static_cast<std::size_t>(count);
       continue;

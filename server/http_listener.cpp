@@ -1,6 +1,7 @@
 // See http_listener.h.
 #include "server/http_listener.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
@@ -21,8 +22,9 @@ namespace {
 
 constexpr int kBacklog = 128;                          ///< chosen: the library's own is 5
 constexpr std::size_t kMostBufferedBodies = 16 << 20;  ///< [bytes] chosen: bodies of all requests under way
-constexpr std::chrono::seconds kFairTurn{1};  ///< chosen: what a connection may keep others waiting for
-const char* const kOnlyPath = "/";            ///< of every head that the library sees
+constexpr std::chrono::milliseconds kFairTurn{
+    100};                           ///< chosen: what a connection may keep others waiting for
+const char* const kOnlyPath = "/";  ///< of every head that the library sees
 
 /// What the thread at work serves; the library's handlers know nothing but its own request.
 struct Exchange {
@@ -32,7 +34,7 @@ struct Exchange {
 };
 thread_local Exchange* current_exchange = nullptr;
 
-/// The head that the library is given: nothing that it could interpret but the method, the length and the
+/// What the library is given as a head: nothing that it could interpret but the method, the length and the
 /// end.
 std::string plain_head(const RequestHead& head, bool closes) {
   return head.method + " " + kOnlyPath + (head.is_http_1_0 ? " HTTP/1.0\r\n" : " HTTP/1.1\r\n") +
@@ -176,8 +178,12 @@ class HttpListener::Library final : public httplib::Server {
     set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
       response.headers.erase("Keep-Alive");
       response.headers.erase("Accept-Ranges");
-      if (current_exchange->head.is_http_1_0 && !response.has_header("Connection"))
-        response.set_header("Connection", "keep-alive");
+      if (!response.has_header("Connection")) {
+        if (current_exchange->was_cut)
+          response.set_header("Connection", "close");
+        else if (current_exchange->head.is_http_1_0)
+          response.set_header("Connection", "keep-alive");
+      }
       const bool has_no_length = response.status == 204 || response.status == 304;
       if (has_no_length) response.headers.erase("Content-Length");
     });
@@ -224,9 +230,9 @@ class HttpListener::Library final : public httplib::Server {
   }
 
   void put_stream(HttpResponse from, httplib::Response& to) {
+    current_exchange->was_cut = current_exchange->head.method != "HEAD";
     const auto provider = [this, stream = std::move(from.stream), &exchange = *current_exchange](
                               size_t, httplib::DataSink& sink) {
-      exchange.was_cut = true;
       HttpConnection& connection = exchange.connection;
       if (!connection.flush()) return false;
       stream([&](std::string_view piece) {

@@ -94,6 +94,7 @@ struct HttpCounters {
 /// Thread safety: add routes before run(); counters() and stop() from any thread.
 class HttpServer {
  public:
+  /// Throws: std::runtime_error if the token holds anything but letters, digits and -._~+/= (a cookie carries it).
   explicit HttpServer(HttpSettings settings);
   ~HttpServer();
 

@@ -3,9 +3,11 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 #include <thread>
 
 #include "server/api.h"
@@ -96,6 +98,10 @@ sigset_t block_end_signals() {
 Exit serve(const ServeOptions& options) {
   const HttpSettings settings = http_settings(options);
   const sigset_t signals = block_end_signals();
+  const bool fits_cookie = std::all_of(settings.token.begin(), settings.token.end(), [](unsigned char character) {
+    return std::isalnum(character) || std::string_view("-._~+/=").find(static_cast<char>(character)) != std::string_view::npos;
+  });
+  if (!fits_cookie) throw ConfigurationError("--token may hold letters, digits and -._~+/= only");
 
   // The address first: a second daemon by mistake should not touch the store.
   HttpServer server(settings);

@@ -48,17 +48,10 @@ def write(web, out):
         packed = out / f"page_{number}.gz"
         packed.write_bytes(gzip.compress(content, compresslevel=9, mtime=0))
         etag = hashlib.sha256(content).hexdigest()[:32]
-        for name, source, size in (
-            (f"retake_page_{number}_gzip", packed, packed.stat().st_size),
-            (f"retake_page_{number}_identity", file, len(content)),
-        ):
-            assembler.append(f'.balign 16\n.globl {name}\n{name}:\n.incbin "{source}"\n')
-            declarations.append(f"extern const char {name}[{max(size, 1)}];")
-        rows.append(
-            f'    {{"{path}", "{TYPES[file.suffix]}", "{etag}",\n'
-            f"     {{retake_page_{number}_gzip, {packed.stat().st_size}}},"
-            f" {{retake_page_{number}_identity, {len(content)}}}}},"
-        )
+        name, size = f"retake_page_{number}", packed.stat().st_size
+        assembler.append(f'.balign 16\n.globl {name}\n{name}:\n.incbin "{packed}"\n')
+        declarations.append(f"extern const char {name}[{size}];")
+        rows.append(f'    {{"{path}", "{TYPES[file.suffix]}", "{etag}", {{{name}, {size}}}}},')
     assembler.append('.section .note.GNU-stack, "", %progbits\n')
     (out / "page_bytes.S").write_text("".join(assembler))
     (out / "page_table.cpp").write_text(

@@ -12,9 +12,8 @@ namespace retake {
 struct PageFile {
   std::string_view path;          ///< where it is served: "/", "/app/main.js", "/vendor/three.module.js"
   std::string_view content_type;  ///< with its charset, ready for the header
-  std::string_view etag;          ///< of the content, without quotes; the same for both encodings
+  std::string_view etag;          ///< of the content, without quotes
   std::string_view gzip;          ///< the content, compressed with gzip
-  std::string_view identity;      ///< the content as it is
 };
 
 /// Every file of the page, sorted by path. Thread safety: any thread.

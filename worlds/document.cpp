@@ -1,7 +1,6 @@
 // See document.h.
 #include "worlds/document.h"
 
-#include <cmath>
 #include <set>
 #include <utility>
 
@@ -18,10 +17,7 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
   bool boolean(bool value) override { return add(value); }
   bool number_integer(number_integer_t value) override { return add(value); }
   bool number_unsigned(number_unsigned_t value) override { return add(value); }
-  bool number_float(number_float_t value, const string_t&) override {
-    if (!std::isfinite(value)) return refuse("the number is too large for a double");
-    return add(value);
-  }
+  bool number_float(number_float_t value, const string_t&) override { return add(value); }
   bool string(string_t& value) override { return add(std::move(value)); }
   bool binary(binary_t&) override { return false; }
   bool start_object(std::size_t) override { return open(nlohmann::json::object()); }
@@ -33,7 +29,8 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
     if (levels_.back()->contains(key_)) return refuse("the key occurs twice");
     return true;
   }
-  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception&) override {
+  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& fault) override {
+    if (fault.id == 406) return refuse("the number is too large for a double");
     faults.push_back({"", "not JSON: the text breaks off or is malformed at byte " + std::to_string(position)});
     malformed = true;
     return false;
@@ -109,6 +106,9 @@ InvalidRequest::InvalidRequest(std::vector<Fault> faults, bool malformed)
 
 nlohmann::json parse_document(std::string_view text) {
   StrictReader reader;
+  // nlohmann's parser takes a NUL for the end of the text.
+  if (const auto nul = text.find('\0'); nul != std::string_view::npos)
+    throw InvalidRequest({{"", "not JSON: a NUL at byte " + std::to_string(nul + 1)}}, true);
   const bool whole = nlohmann::json::sax_parse(text.begin(), text.end(), &reader);
   if (!whole || !reader.faults.empty()) {
     CHECK(!reader.faults.empty());

@@ -16,7 +16,8 @@ using nlohmann::json;
 constexpr double kLargestInteger = 9007199254740991.0;
 
 json as_json(const Parameter& parameter, double value) {
-  return parameter.kind == Parameter::Kind::integer ? json(static_cast<std::int64_t>(value)) : json(value);
+  if (parameter.kind == Parameter::Kind::integer) return static_cast<std::int64_t>(value);
+  return value + 0.0;  // -0 is 0
 }
 
 std::string range(const Parameter& parameter) {

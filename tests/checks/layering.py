@@ -11,7 +11,7 @@ ALLOWED = {
     "sampler": {"sampler"},
     "worlds": {"worlds", "sampler"},
     "db": {"db", "sampler"},
-    "server": {"server", "worlds", "db", "sampler"},
+    "server": {"server", "worlds", "db", "sampler", "web"},  # of web/ the embedded files alone
 }
 # Library header -> folders that may see it, and how many files at most.
 LIBRARIES = {

@@ -1,6 +1,7 @@
 // When a write reaches the disk, how writes are grouped, and what a failing disk does to them.
 #include <cerrno>
 #include <csignal>
+#include <fstream>
 #include <functional>
 #include <sched.h>
 #include <sys/mount.h>
@@ -324,7 +325,14 @@ TEST(StoreFullDisk, a_file_system_without_room) {
   const auto folder = std::filesystem::path(directory.file()).parent_path().string();
   constexpr int cannot_mount = 77;
   const int code = exit_code_of_child([&] {
-    if (::unshare(CLONE_NEWNS | (::geteuid() == 0 ? 0 : CLONE_NEWUSER)) != 0) return cannot_mount;
+    const auto user = std::to_string(::geteuid());
+    const auto group = std::to_string(::getegid());
+    if (::unshare(CLONE_NEWNS | (user == "0" ? 0 : CLONE_NEWUSER)) != 0) return cannot_mount;
+    if (user != "0") {
+      std::ofstream("/proc/self/setgroups") << "deny";
+      std::ofstream("/proc/self/uid_map") << "0 " << user << " 1";
+      std::ofstream("/proc/self/gid_map") << "0 " << group << " 1";
+    }
     ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
     if (::mount("none", folder.c_str(), "tmpfs", 0, "size=3m") != 0) return cannot_mount;
     const int step = run_full(directory.file(),

@@ -186,7 +186,7 @@ TEST(HttpAttack, EndlessStreamsAreCut) {
     client.send(c.beginning);
     const double megabytes = flood(client, c.piece);
     EXPECT_LT(megabytes, 100);
-    EXPECT_LT(server.answer_seconds(), 1);
+    EXPECT_LT(server.answer_seconds(), 2);
     RawClient polite(server.port());
     polite.send(c.beginning + c.piece);
     if (c.piece.size() < 1000)
@@ -233,42 +233,44 @@ TEST(HttpAttack, CostlyRequestsGetSmallAnswers) {
       EXPECT_LT(response.body.size(), 1000u);
       EXPECT_EQ((response.head + response.body).find("secret"), std::string::npos);
     }
-    EXPECT_LT(server.answer_seconds(), 1);
+    EXPECT_LT(server.answer_seconds(), 2);
   }
 }
 
 TEST(HttpAttack, SlowHeadsAreEvictedAfterFiveSecondsInAll) {
   const ServerProcess server;
   auto clients = many_clients(16, server.port(), "GET /");
-  const double seconds = drip(clients, 10, server, 0.5);
+  const double seconds = drip(clients, 10, server, 2);
   EXPECT_GT(seconds, 4);
-  EXPECT_LT(seconds, 6.5);
+  EXPECT_LT(seconds, 8);
 }
 
 TEST(HttpAttack, MoreSlowHeadsThanThreadsDelayOthersBySecondsOnly) {
   const ServerProcess server;
   auto clients = many_clients(100, server.port(), "GET /");
   EXPECT_LT(drip(clients, 12, server, 4), 12);
-  EXPECT_LT(server.answer_seconds(), 1);
+  EXPECT_LT(server.answer_seconds(), 2);
 }
 
 TEST(HttpAttack, SlowBodiesAreEvictedAfterTenSecondsInAll) {
   const ServerProcess server;
   auto clients = many_clients(16, server.port(), post("/echo", std::string(500, 'a')).substr(0, 200));
-  const double seconds = drip(clients, 14, server, 0.5);
+  const double seconds = drip(clients, 15, server, 2);
   EXPECT_GT(seconds, 8);
-  EXPECT_LT(seconds, 12.5);
+  EXPECT_LT(seconds, 14);
 }
 
 TEST(HttpAttack, ManyLargeBodiesAtOnceAreRefusedBeforeTheyAreHeld) {
   const ServerProcess server;
   const std::string request = post("/echo", std::string(1 << 20, 'a'));
   auto clients = many_clients(40, server.port(), request.substr(0, request.size() - 10));
-  EXPECT_LT(server.answer_seconds(), 1);
+  EXPECT_LT(server.answer_seconds(), 2);
   int refused = 0;
-  for (auto& client : clients)
-    refused += client->read_head(0.05).status == 503;
-  EXPECT_GT(refused, 10);
+  EXPECT_TRUE(test::eventually([&] {
+    for (auto& client : clients)
+      refused += client->read_head(0.001).status == 503;
+    return refused >= 20;
+  }));
   EXPECT_LT(refused, 40);
 }
 
@@ -303,12 +305,13 @@ TEST(HttpAttack, ReadersThatStallAreCut) {
     clients.push_back(std::make_unique<RawClient>(server.port(), 4096));
     clients.back()->send(get("/large?bytes=6000000"));
   }
-  EXPECT_LT(server.answer_seconds(), 1);
-  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
-  for (auto& client : clients) {
-    std::size_t bytes = client->read(1).body.size();
-    EXPECT_LT(bytes, 6'000'000u) << "a reader that stalled got everything";
-  }
+  EXPECT_LT(server.answer_seconds(), 2);
+  EXPECT_TRUE(test::eventually([&] {
+    const std::string counters = RawClient(server.port()).ask(get("/counters")).body;
+    return counters == "{\"open_connections\":1}";
+  })) << "readers that stalled still hold their threads";
+  for (auto& client : clients)
+    EXPECT_LT(client->read(1).body.size(), 6'000'000u);
 }
 
 TEST(HttpAttack, StreamsThatNobodyReadsLeaveRoomForOthers) {
@@ -317,7 +320,7 @@ TEST(HttpAttack, StreamsThatNobodyReadsLeaveRoomForOthers) {
   const ServerProcess server(settings);
   {
     auto streams = many_clients(20, server.port(), get("/events"));
-    EXPECT_LT(server.answer_seconds(), 1);
+    EXPECT_LT(server.answer_seconds(), 2);
     int open = 0, refused = 0;
     for (auto& client : streams) {
       const int status = client->read_head().status;
@@ -329,10 +332,11 @@ TEST(HttpAttack, StreamsThatNobodyReadsLeaveRoomForOthers) {
     for (auto& client : streams)
       client->reset();
   }
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  RawClient next(server.port());
-  next.send(get("/events"));
-  EXPECT_EQ(next.read_head().status, 200) << "streams of clients that left still count";
+  EXPECT_TRUE(test::eventually([&] {
+    RawClient next(server.port());
+    next.send(get("/events"));
+    return next.read_head().status == 200;
+  })) << "streams of clients that left still count";
 }
 
 TEST(HttpAttack, ClientsThatLeaveAtAnyMomentCostNothing) {
@@ -344,7 +348,7 @@ TEST(HttpAttack, ClientsThatLeaveAtAnyMomentCostNothing) {
     rude.send(request.substr(0, length));
     rude.reset();
   }
-  EXPECT_LT(server.answer_seconds(), 1);
+  EXPECT_LT(server.answer_seconds(), 2);
 }
 
 TEST(HttpAttack, EndlessPipeliningIsAnsweredAtTheReadersPace) {
@@ -356,7 +360,7 @@ TEST(HttpAttack, EndlessPipeliningIsAnsweredAtTheReadersPace) {
   for (int i = 0; i < 1000; ++i)
     requests += get("/tagged");
   EXPECT_LT(flood(client, requests), 100) << "requests were taken although nobody read the answers";
-  EXPECT_LT(server.answer_seconds(), 1);
+  EXPECT_LT(server.answer_seconds(), 2);
 }
 
 TEST(HttpAttack, RandomBytesAreRefused) {
@@ -376,7 +380,7 @@ TEST(HttpAttack, RandomBytesAreRefused) {
     EXPECT_GE(status, 400) << i;
     EXPECT_LT(status, 506) << i;
   }
-  EXPECT_LT(server.answer_seconds(), 1);
+  EXPECT_LT(server.answer_seconds(), 2);
 }
 
 }  // namespace

@@ -183,11 +183,11 @@ TEST(HttpServer, ConnectionsEndWhenTheClientOrTheVersionSaysSo) {
   }
   RawClient idle(server.port());
   idle.ask(get("/healthz"));
-  EXPECT_TRUE(idle.is_closed_within(1.5));
+  EXPECT_TRUE(idle.is_closed_within(5));
   RawClient busy(server.port());
   for (int i = 0; i < 3; ++i)
     EXPECT_EQ(busy.ask(get("/healthz")).header("connection"), i == 2 ? "close" : "");
-  EXPECT_TRUE(busy.is_closed_within(1));
+  EXPECT_TRUE(busy.is_closed_within(5));
 }
 
 TEST(HttpServer, AnUnchangedBodyIsNotSentAgain) {
@@ -291,6 +291,7 @@ TEST(HttpServer, StreamsUntilTheClientLeavesAndRefusesTooMany) {
       EXPECT_EQ(response.status, 200);
       EXPECT_EQ(response.header("content-type"), "text/event-stream");
       EXPECT_EQ(response.header("cache-control"), "no-store");
+      EXPECT_EQ(response.header("connection"), "close") << "a stream is a connection's last answer";
       EXPECT_EQ(response.body, "data: tick\n\n");
       EXPECT_EQ(client->read_chunk(), "data: tick\n\n");
     }
@@ -300,8 +301,7 @@ TEST(HttpServer, StreamsUntilTheClientLeavesAndRefusesTooMany) {
     EXPECT_EQ(server.server().counters().open_streams, 2u);
     EXPECT_EQ(ask(server.port(), "HEAD /events HTTP/1.1\r\nHost: localhost\r\n\r\n").status, 200);
   }
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  EXPECT_EQ(server.server().counters().open_streams, 1u);
+  EXPECT_TRUE(test::eventually([&] { return server.server().counters().open_streams == 1; }));
   RawClient third(server.port());
   EXPECT_EQ(begin_stream(third).status, 200) << "a client that left still counts";
 }

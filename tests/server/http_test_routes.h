@@ -2,7 +2,9 @@
 // the shape of a refusal.
 #pragma once
 
+#include <atomic>
 #include <chrono>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -16,6 +18,18 @@
 #include "tests/server/raw_client.h"
 
 namespace retake::test {
+
+/// Requests of /slow whose handler has begun, in this process.
+inline std::atomic<int> slow_requests{0};
+
+/// True as soon as the condition is; false if it is not within ten seconds.
+inline bool eventually(const std::function<bool()>& condition) {
+  for (int i = 0; i < 1000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
 
 inline void add_test_routes(HttpServer& server) {
   server.route("GET", "/healthz", [](const HttpRequest&) { return json_response({{"ok", true}}); });
@@ -84,7 +98,11 @@ inline void add_test_routes(HttpServer& server) {
     };
     return response;
   });
+  server.route("GET", "/counters", [&server](const HttpRequest&) {
+    return json_response({{"open_connections", server.counters().open_connections}});
+  });
   server.route("GET", "/slow", [](const HttpRequest&) {
+    ++slow_requests;
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     return json_response({{"slow", true}});
   });

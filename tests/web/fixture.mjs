@@ -69,7 +69,7 @@ export function startBrowser({ webgl = true } = {}) {
  * @param {RegExp} [expected]
  */
 export async function newPage(browser, options = {}, expected = /^$/) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 860 }, ...options });
+  const context = await browser.newContext({ viewport: { width: 1120, height: 760 }, ...options });
   const page = await context.newPage();
   page.setDefaultTimeout(PATIENCE);
   const faults = [];
@@ -125,6 +125,9 @@ export async function picture(page, name) {
   await mkdir(folder, { recursive: true });
   await page.screenshot({ path: join(folder, `${name}.png`), animations: "disabled" });
 }
+
+/** A POST of `body`. */
+export const json = (body) => ({ method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
 
 /** The answer of the API, as JSON. */
 export async function api(program, path, options) {

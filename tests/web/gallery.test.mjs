@@ -1,7 +1,7 @@
 // The gallery: it opens with an example, fills by itself, shows pictures, keeps its order in the address.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { api, arrived, colorsOf, drawnTiles, newPage, query, startBrowser, startProgram } from "./fixture.mjs";
+import { api, arrived, colorsOf, drawnTiles, json, newPage, startBrowser, startProgram } from "./fixture.mjs";
 
 let program, browser;
 before(async () => {
@@ -57,11 +57,7 @@ test("the order is in the address, and the back button undoes it", async () => {
 test("more animations come when the end of the list is near", async () => {
   const { page, faults, close } = await newPage(browser);
   const scenario = (await api(program, "/v1/scenarios")).scenarios[0].id;
-  await api(program, `/v1/scenarios/${scenario}/chains`, {
-    method: "POST",
-    headers: { "Content-Type": "application/json" },
-    body: JSON.stringify({ stop: { samples: 40 } }),
-  });
+  await api(program, `/v1/scenarios/${scenario}/chains`, json({ stop: { samples: 40 } }));
   await page.goto(`${program.address}?scenario=${scenario}&order=oldest`);
   await page.waitForFunction(() => document.querySelectorAll(".tile").length >= 24);
   await page.waitForFunction(() => {
@@ -76,17 +72,53 @@ test("more animations come when the end of the list is near", async () => {
   await close();
 });
 
-test("tiles rest when asked to, and for readers who want less motion", async () => {
+test("what is found while one looks waits behind a chip, and nothing jumps", async () => {
+  const { page, faults, close } = await newPage(browser);
+  const scenario = (await api(program, "/v1/scenarios")).scenarios[0].id;
+  await page.goto(`${program.address}?scenario=${scenario}`);
+  await page.waitForFunction(() => document.querySelectorAll(".tile").length >= 24);
+  await page.waitForFunction(() => document.getElementById("connection").dataset.state === "live");
+  const newest = () => page.locator(".tile").first().getAttribute("data-sample");
+  const was = await newest();
+  await page.getByRole("button", { name: "Find 50 more" }).click();
+  await page.getByRole("button", { name: "50 new", exact: true }).waitFor();
+  assert.equal(await newest(), was);
+  await page.getByRole("button", { name: "50 new", exact: true }).click();
+  const { samples } = await api(program, `/v1/scenarios/${scenario}/samples?limit=1`);
+  await page.waitForFunction((id) => document.querySelector(".tile").dataset.sample === id, samples[0].id);
+  await page.locator(".chip").waitFor({ state: "hidden" });
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("tiles rest for readers who want less motion, play under the pointer, and all play when asked to", async () => {
   const { page, faults, close } = await newPage(browser, { reducedMotion: "reduce" });
   await page.goto(program.address);
-  await drawnTiles(page);
+  await drawnTiles(page, 6);
+  const stands = () => page.waitForFunction(() => {
+    const was = window.lastPicture;
+    window.lastPicture = document.querySelector("canvas.stage").toDataURL();
+    return was === window.lastPicture;
+  }, null, { polling: 400 });
+  const moves = async () => {
+    const was = await page.evaluate(() => document.querySelector("canvas.stage").toDataURL());
+    await page.waitForFunction((picture) => document.querySelector("canvas.stage").toDataURL() !== picture, was);
+  };
+  await stands();
+  await page.locator(".tile-link").nth(1).hover();
+  await moves();
+  await moves();
+  await page.locator("h1").hover();
+  await stands();
   const play = page.getByRole("button", { name: "Play all" });
   assert.equal(await play.getAttribute("aria-pressed"), "false");
   await play.click();
   await arrived(page, { play: "on" });
   await page.waitForFunction(() => document.querySelector(".toggle").getAttribute("aria-pressed") === "true");
+  await moves();
   await page.goBack();
-  assert.equal(query(page).play, undefined);
+  await arrived(page, { play: null });
+  await stands();
   assert.deepEqual(faults, []);
   await close();
 });

@@ -87,6 +87,28 @@ test("without WebGL it says so, and lists, facts and chains work", async () => {
   await plain.close();
 });
 
+test("without a stream to spare the page asks for news instead", async () => {
+  const crowded = await startProgram();
+  const streams = [];
+  for (let refused = false; !refused && streams.length < 64; ) {
+    const ending = new AbortController();
+    const response = await fetch(new URL("/v1/events", crowded.address), { signal: ending.signal });
+    refused = response.status === 503;
+    streams.push(ending);
+  }
+  const { page, faults, close } = await newPage(browser, {}, /\b503\b/);
+  await page.goto(crowded.address);
+  await page.waitForFunction(() => document.getElementById("connection").dataset.state === "asking");
+  assert.ok(await page.locator("#banner").isHidden());
+  await drawnTiles(page, 2);
+  for (const stream of streams) stream.abort();
+  await page.waitForFunction(() => document.getElementById("connection").dataset.state === "live");
+  assert.deepEqual(faults, []);
+  await close();
+  await crowded.end();
+  await crowded.remove();
+});
+
 test("while the server is gone a banner says so, and the page comes back by itself", async () => {
   const first = await startProgram();
   // A browser tells the console of every request that finds nobody.

@@ -1,7 +1,7 @@
 // The large view: it plays, pauses, scrubs, and comes back from its address as it was.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { api, arrived, colorsOf, drawnTiles, newPage, query, startBrowser, startProgram } from "./fixture.mjs";
+import { api, arrived, colorsOf, drawnTiles, newPage, picture, query, startBrowser, startProgram } from "./fixture.mjs";
 
 let program, browser;
 before(async () => {
@@ -99,6 +99,45 @@ test("it tells the measures, variables and contacts, and verifies the sample", a
   assert.deepEqual(faults, []);
   await close();
 });
+
+test("every shape of the contract is drawn, and one that is not in it is named", async () => {
+  const { page, faults, close } = await newPage(browser);
+  await page.route("**/keyframes*", async (route) => route.fulfill({ json: everyShape() }));
+  await openFirst(page);
+  await passes(page, 0.2);
+  assert.ok((await colorsOf(page, ".picture")) > 150);
+  await page.locator(".facts-panel .note", { hasText: "“torus” (ring)" }).waitFor();
+  assert.equal(await page.locator(".facts-panel .note").count(), 1);
+  await picture(page, "every-shape");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+/** A document with each kind of shape in motion, and one shape that no contract knows. */
+function everyShape() {
+  const shapes = {
+    ball: [{ type: "sphere", radius: 0.12 }, "#20304c"],
+    pin: [{ type: "revolution", profile: [[0, -0.15], [0.03, -0.15], [0.06, -0.03], [0.022, 0.1], [0.032, 0.19], [0, 0.23]] }, "#f4f1ea"],
+    crate: [{ type: "box", half_extents: [0.1, 0.1, 0.1] }, "#b23a48"],
+    can: [{ type: "cylinder", radius: 0.08, height: 0.25 }, "#4c7d6f"],
+    rock: [{ type: "mesh", positions: [0, 0.15, 0, 0.15, -0.1, 0.1, -0.15, -0.1, 0.1, 0, -0.1, -0.15], indices: [0, 2, 1, 0, 3, 2, 0, 1, 3, 1, 2, 3] }, "#7a5ea8"],
+    ring: [{ type: "torus", radius: 0.1 }, "#888888"],
+  };
+  const frames = 61;
+  const bodies = [{ name: "floor", shape: { type: "box", half_extents: [2, 0.05, 1] }, color: "#c69c6d", position: [0, -0.05, 0], rotation: [0, 0, 0, 1] }];
+  const tracks = [];
+  for (const [at, [name, [shape, color]]] of Object.entries(shapes).entries()) {
+    const track = { position: [], rotation: [] };
+    for (let frame = 0; frame < frames; ++frame) {
+      const turn = frame / 40;
+      track.position.push(at * 0.4 - 1 + frame / 600, 0.2 + 0.5 * Math.abs(Math.cos(frame / 8 + at)), (at % 2) * 0.2);
+      track.rotation.push(0, Math.sin(turn / 2), 0, Math.cos(turn / 2));
+    }
+    bodies.push({ name, shape, color, track: tracks.push(track) - 1 });
+  }
+  const events = [{ time: 0.5, kind: "contact", bodies: ["ball", "floor"], impulse: 2, position: [-1, 0, 0], normal: [0, 1, 0] }];
+  return { format: "retake.keyframes/1", sample: "x", world: "x", world_version: 1, rate: 30, frames, duration: 2, bodies, tracks, events };
+}
 
 test("keys open and close it, the back button leaves it, neighbours are one key away", async () => {
   const { page, faults, close } = await newPage(browser);

@@ -84,7 +84,7 @@ export async function loadChains({ again = false } = {}) {
 /** @param {string} text the document as it was typed @returns {Promise<import("./types.js").Scenario>} */
 export async function createScenario(text) {
   const scenario = await post("/v1/scenarios", text);
-  scenarios.set(scenario.id, scenario);
+  keep(scenario);
   tell();
   return scenario;
 }
@@ -116,8 +116,17 @@ function note(chain) {
 }
 
 on("chain", note);
-on("scenario", (scenario) => {
+/** Keeps a scenario in its place; a new one comes first, as the server lists them. */
+function keep(scenario) {
+  const others = scenarios.has(scenario.id) ? [] : [...scenarios];
+  if (others.length) scenarios.clear();
   scenarios.set(scenario.id, scenario);
+  for (const [id, other] of others) scenarios.set(id, other);
+}
+
+on("scenario", (scenario) => {
+  // Until the list is there, an event would look like the whole of it.
+  if (ready) keep(scenario);
   tell();
 });
 on("scenario-deleted", ({ id }) => {

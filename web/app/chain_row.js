@@ -3,7 +3,7 @@ import { tellChain } from "./catalog.js";
 import { h, say } from "./dom.js";
 import { icon } from "./icons.js";
 import { complain } from "./notice.js";
-import { count, number, percent, seconds } from "./words.js";
+import { count, pace, percent, seconds } from "./words.js";
 
 export class ChainRow {
   /** @param {string} id */
@@ -46,7 +46,7 @@ export class ChainRow {
     this.error.hidden = !chain.error;
     say(this.error, chain.error ?? "");
     say(this.iteration, count(chain.iteration));
-    say(this.pace, chain.state === "running" ? number(chain.iterations_per_second, 3) : "–");
+    say(this.pace, chain.state === "running" ? pace(chain.iterations_per_second) : "–");
     say(this.accepted, percent(chain.accepted, chain.iteration));
     this.accepted.title = (chain.kernels ?? []).map((kernel) => `${kernel.name}: ${percent(kernel.accepted, kernel.proposed)} of ${count(kernel.proposed)}`).join("\n");
     say(this.samples, count(chain.samples));

@@ -2,7 +2,7 @@
 import { pathOf, request } from "./api.js";
 import { h, say } from "./dom.js";
 import { complain } from "./notice.js";
-import { number, spaced } from "./words.js";
+import { count, number, spaced } from "./words.js";
 
 const REFRESH = 4000; // [ms]
 const COLUMNS = [["name", "Quantity"], ["rhat", "R-hat"], ["ess_bulk", "ESS bulk"], ["ess_tail", "ESS tail"], ["mean", "Mean"], ["sd", "SD"]];
@@ -62,7 +62,8 @@ function oddsInWords({ probability, low, high }) {
 function row(quantity) {
   const cells = COLUMNS.map(([key]) => {
     if (key === "name") return h("th", { scope: "row" }, spaced(quantity.name));
-    const cell = h("td", {}, number(quantity[key], key.startsWith("ess") ? 3 : 4));
+    const value = quantity[key];
+    const cell = h("td", {}, typeof value !== "number" ? "–" : key === "rhat" ? value.toFixed(3) : key.startsWith("ess") ? count(value) : number(value));
     if (key === "rhat" && quantity.rhat > ALARMING_RHAT) cell.className = "alarming";
     return cell;
   });

@@ -17,14 +17,13 @@ export class Facts {
     this.verdict = h("p.verdict", { "aria-live": "polite" });
     this.verify = h("button.quiet", { type: "button", onclick: () => this.#verify() }, icon("check"), "Verify");
     this.keyframes = h("a.button.quiet", { target: "_blank", rel: "noopener" }, "Keyframes");
-    this.model = h("a.button.quiet", { download: "" }, "glTF");
     this.element = h(
       "div.facts-panel",
       {},
       this.notes,
       h("section", {}, h("h3", {}, "Measures"), this.measures),
       h("section", {}, h("h3", {}, "Where it comes from"), this.origin),
-      h("div.row", {}, this.verify, this.keyframes, this.model),
+      h("div.row", {}, this.verify, this.keyframes),
       this.verdict,
       h("details", {}, this.variablesTitle, this.variables),
     );
@@ -37,7 +36,6 @@ export class Facts {
     delete this.verdict.dataset.identical;
     this.notes.replaceChildren();
     this.keyframes.href = keyframesPath(id);
-    this.model.href = pathOf("samples", id, "/animation.glb");
     /** @type {import("./types.js").Sample} */
     const sample = await request(pathOf("samples", id));
     if (this.id !== id) return;

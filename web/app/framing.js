@@ -3,10 +3,11 @@ import * as THREE from "../vendor/three.module.js";
 
 /** @typedef {{box: THREE.Box3, azimuth: number, elevation: number}} Framing angles in radians; azimuth 0 looks along -z */
 
-const FIELD_OF_VIEW = 26; // degrees: a long lens, so that distances read true
+export const FIELD_OF_VIEW = 26; // degrees: a long lens, so that distances read true
 const MARGIN = 1.09;
 const FLAT = 0.02;
 const LONG = 5;
+const FARTHEST = 1.5; // a shared camera stands at most so many times as far away as the nearest one would
 
 /** The framing of one take. @param {import("./take.js").Take} take @returns {Framing} */
 export function framingOf(take) {
@@ -104,22 +105,26 @@ export function aimCamera(camera, pose, aspect) {
 
 /**
  * One framing for all takes of a scenario, so that the same place is at the same place in every tile. It grows with
- * the takes; a take that would stretch it too far keeps its own.
+ * the takes; a take that would make all others too small keeps its own.
  */
 export class SharedFraming {
-  constructor() {
+  /** @param {number} aspect of the tiles */
+  constructor(aspect) {
+    this.aspect = aspect;
     this.framing = null;
+    this.nearest = Infinity;
   }
 
   /** @param {Framing} framing @returns {boolean} whether the shared framing changed */
   admit(framing) {
+    this.nearest = Math.min(this.nearest, fit(framing, this.aspect).distance);
     if (!this.framing) {
       this.framing = { ...framing, box: framing.box.clone() };
       return true;
     }
     const grown = this.framing.box.clone().union(framing.box);
-    const size = (box) => box.getSize(new THREE.Vector3()).length();
-    if (grown.equals(this.framing.box) || size(grown) > 1.3 * size(this.framing.box)) return false;
+    if (grown.equals(this.framing.box)) return false;
+    if (fit({ ...this.framing, box: grown }, this.aspect).distance > FARTHEST * this.nearest) return false;
     this.framing.box = grown;
     return true;
   }

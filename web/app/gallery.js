@@ -12,6 +12,7 @@ import { onPlace, go, place } from "./url_state.js";
 import { count } from "./words.js";
 
 const PAGE = 24;
+const TILE_ASPECT = 4 / 3; // as the style sheet has it
 const REFILL = 400; // [ms] between two looks at what is new
 const HOLD = 1.4; // [s] for which the outcome is shown before all tiles start again
 const ORDERS = { newest: "Newest", oldest: "Oldest", likely: "Likeliest" };
@@ -22,7 +23,7 @@ export class Gallery {
   constructor(scenario) {
     this.scenario = scenario;
     this.total = 0;
-    this.framing = new SharedFraming();
+    this.framing = new SharedFraming(TILE_ASPECT);
     /** @type {Map<string, Tile>} */
     this.tiles = new Map();
     this.order = "";
@@ -35,7 +36,7 @@ export class Gallery {
     this.#build();
     this.endings = [
       on("samples", (event) => event.scenario === scenario && this.#arrived(event.count)),
-      on("resync", () => this.order && this.#load()),
+      on("resync", () => this.#resync()),
       onPlace(() => this.#playOrRest()),
     ];
   }
@@ -180,6 +181,12 @@ export class Gallery {
       if (this.order === "oldest") this.#append(this.lastCursor);
       else this.#load();
     }, REFILL);
+  }
+
+  /** What may have been missed: a first page that is not full, pictures that did not come. The rest says the chip. */
+  #resync() {
+    if (this.order && this.tiles.size < PAGE) this.#load();
+    for (const tile of this.tiles.values()) tile.retry();
   }
 
   #showFresh() {

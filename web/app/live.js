@@ -1,7 +1,7 @@
 // The server's one stream of events, and whether the server is there at all.
 // The stream rests while the page is hidden, because browsers share few connections among all tabs.
 
-/** @typedef {"connecting"|"live"|"gone"} Connection */
+/** @typedef {"connecting"|"live"|"asking"|"gone"} Connection asking: the server is there but has no stream to spare */
 
 const RETRY_SECONDS = [1, 1, 2, 4, 8];
 const KINDS = ["chain", "scenario", "scenario-deleted", "samples"];
@@ -46,13 +46,18 @@ function connect() {
     missed = true;
   });
   for (const kind of KINDS) source.addEventListener(kind, (event) => tell(kind, JSON.parse(event.data)));
-  source.addEventListener("error", () => {
-    source.close();
-    missed = true;
-    become("gone");
-    const seconds = RETRY_SECONDS[Math.min(attempt++, RETRY_SECONDS.length - 1)];
-    retry = setTimeout(connect, seconds * 1000);
-  });
+  source.addEventListener("error", lose);
+}
+
+async function lose({ target }) {
+  target.close();
+  missed = true;
+  const there = await fetch("/healthz", { cache: "no-store" }).then((answer) => answer.ok, () => false);
+  if (target !== source) return;
+  become(there ? "asking" : "gone");
+  if (there) tell("resync");
+  const seconds = RETRY_SECONDS[Math.min(attempt++, RETRY_SECONDS.length - 1)];
+  retry = setTimeout(connect, seconds * 1000);
 }
 
 /** Connects, and keeps connecting. */

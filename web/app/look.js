@@ -2,7 +2,7 @@
 import * as THREE from "../vendor/three.module.js";
 import { color } from "./theme.js";
 
-const LIGHT_FROM = new THREE.Vector3(-0.45, 1, 0.62).normalize();
+const LIGHT_FROM = new THREE.Vector3(-0.32, 1, 0.34).normalize();
 const surfaces = new Map();
 const trails = new Map();
 let pattern = null;
@@ -97,7 +97,7 @@ export class Surroundings {
     const dark = document.documentElement.dataset.theme === "dark";
     this.ambient.color.set(dark ? "#cfdcf2" : "#ffffff");
     this.ambient.groundColor.set(dark ? "#2b2a33" : "#cbbfb0");
-    this.ambient.intensity = dark ? 0.95 : 1.45;
+    this.ambient.intensity = dark ? 1.3 : 1.45;
     this.sun.color.set(dark ? "#fff0dc" : "#fff6e8");
     this.sun.intensity = dark ? 2.1 : 2.15;
   }

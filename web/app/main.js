@@ -12,7 +12,10 @@ import { onPlace } from "./url_state.js";
 
 startTheme(document.getElementById("theme"));
 startConnectionSigns(document.getElementById("banner"), document.getElementById("connection"));
-document.getElementById("no-webgl").hidden = stage.works;
+const noGraphics = document.getElementById("no-webgl");
+noGraphics.hidden = stage.works;
+stage.canvas.addEventListener("webglcontextlost", () => (noGraphics.hidden = false));
+stage.canvas.addEventListener("webglcontextrestored", () => (noGraphics.hidden = true));
 stage.enter(document.body, true);
 startScenarioList();
 startScenarioView();

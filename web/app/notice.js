@@ -3,6 +3,7 @@ import { h, say } from "./dom.js";
 import { on } from "./live.js";
 import { Problem } from "./api.js";
 
+const SIGNS = { connecting: "Connecting", live: "Live", asking: "Looks for news every few seconds", gone: "Not connected" };
 const box = document.getElementById("notices");
 
 /** @param {string} text @param {"plain"|"bad"} [kind] */
@@ -25,8 +26,8 @@ export function startConnectionSigns(banner, dot) {
   on("connection", (state) => {
     clearTimeout(patience);
     dot.dataset.state = state;
-    dot.title = state === "live" ? "Live" : "Not connected";
-    if (state === "live") banner.hidden = true;
+    dot.title = SIGNS[state];
+    if (state !== "gone") banner.hidden = true;
     // A restart within a second or two is nobody's business.
     else patience = setTimeout(() => show(banner), 1500);
   });

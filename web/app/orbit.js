@@ -1,6 +1,6 @@
 // Moves a view's camera by mouse, touch and keys: turn, pan, come closer.
 import * as THREE from "../vendor/three.module.js";
-import { fit } from "./framing.js";
+import { FIELD_OF_VIEW, fit } from "./framing.js";
 import { stage } from "./stage.js";
 
 const TURN = 0.0055; // [rad] for a pixel
@@ -83,7 +83,7 @@ export class Orbit {
   #pan(dx, dy) {
     const pose = this.#pose();
     if (!pose) return;
-    const metres = (2 * pose.distance * Math.tan(THREE.MathUtils.degToRad(13))) / Math.max(1, this.view.element.clientHeight);
+    const metres = (2 * pose.distance * Math.tan(THREE.MathUtils.degToRad(FIELD_OF_VIEW / 2))) / Math.max(1, this.view.element.clientHeight);
     const target = pose.target.clone();
     target.x -= dx * metres * Math.cos(pose.azimuth);
     target.z += dx * metres * Math.sin(pose.azimuth);

@@ -2,6 +2,7 @@
 import { h, say } from "./dom.js";
 import { Facts } from "./facts.js";
 import { icon } from "./icons.js";
+import { on } from "./live.js";
 import { complain } from "./notice.js";
 import { Orbit } from "./orbit.js";
 import { stage, View } from "./stage.js";
@@ -55,6 +56,11 @@ class Player {
     });
     dialog.addEventListener("keydown", (event) => this.#key(event));
     addEventListener("resize", () => (this.view.stale = true));
+    on("resync", () => {
+      if (!this.id || this.take || !stage.works) return;
+      this.id = "";
+      this.show();
+    });
   }
 
   /** Follows the address. */

@@ -5,8 +5,8 @@ import { ChainPanel } from "./chain_panel.js";
 import { h, say } from "./dom.js";
 import { complain } from "./notice.js";
 import { ELSEWHERE } from "./scenario_list.js";
-import { go, onPlace, place } from "./url_state.js";
-import { count, number, wish } from "./words.js";
+import { go, onPlace, place, settle } from "./url_state.js";
+import { count, inReadingOrder, pace, wish } from "./words.js";
 
 const MORE = 50;
 
@@ -15,6 +15,8 @@ export function startScenarioView() {
   let open = null;
   const show = () => {
     const scenario = openScenario();
+    // Named in the address from the start: a newer scenario must not take its place.
+    if (scenario && isReady() && !place().scenario) return settle({ scenario: scenario.id });
     if (open?.id !== scenario?.id || (!scenario && isReady())) {
       open?.close();
       open = scenario ? new ScenarioView(scenario) : null;
@@ -47,21 +49,21 @@ class ScenarioView {
     this.pace = h("span.pace", { "aria-live": "off" });
     this.more = h("button.primary", { type: "button", onclick: () => this.#findMore() }, `Find ${MORE} more`);
     this.remove = h("button.quiet.danger", { type: "button", onclick: () => this.#remove() }, "Delete scenario");
-    const { id, title, world, world_version, model, constraints } = scenario;
+    const { samples, chains, created_at, ...asked } = scenario;
     this.element = h(
       "article",
       {},
       h(
         "header.wish",
         {},
-        h("div.wish-words", {}, h("h1", {}, title || "Untitled"), h("p.sentence", {}, wish(scenario))),
+        h("div.wish-words", {}, h("h1", {}, scenario.title || "Untitled"), h("p.sentence", {}, wish(scenario))),
         h("div.wish-act", {}, this.pace, this.more),
       ),
       h(
         "details.document",
         {},
         h("summary", {}, "The scenario as it was asked for"),
-        h("pre", { tabIndex: 0 }, JSON.stringify({ id, world, world_version, title, model, constraints }, null, 2)),
+        h("pre", { tabIndex: 0 }, JSON.stringify(inReadingOrder(asked), null, 2)),
         this.remove,
       ),
       h("div.tabs", { role: "tablist", "aria-label": "What to see", onkeydown: (event) => this.#turn(event) }, ...Object.values(this.tabs)),
@@ -76,8 +78,8 @@ class ScenarioView {
     const running = chains.filter((chain) => chain.state === "running");
     say(this.tabs.animations.lastChild, count(scenario.samples));
     say(this.tabs.chains.lastChild, count(Object.values(scenario.chains ?? {}).reduce((sum, each) => sum + each, 0)));
-    const pace = running.reduce((sum, chain) => sum + (chain.iterations_per_second ?? 0), 0);
-    say(this.pace, running.length ? `${running.length} ${running.length === 1 ? "chain" : "chains"} searching · ${number(pace, 3)} tries a second` : "");
+    const tries = running.reduce((sum, chain) => sum + (chain.iterations_per_second ?? 0), 0);
+    say(this.pace, running.length ? `${running.length} ${running.length === 1 ? "chain" : "chains"} searching · ${pace(tries)} tries a second` : "");
     this.pace.hidden = !running.length;
     const active = this.panels[place().tab] ? place().tab : "animations";
     for (const name of Object.keys(this.panels)) {

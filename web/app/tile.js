@@ -25,9 +25,9 @@ export class Tile {
         href: address({ sample: sample.id }),
         "aria-label": `Animation, ${gist(sample, 3)}, ${seconds(sample.duration)}`,
         onclick: (event) => this.#open(event),
-        onpointerenter: () => this.#playAlone(),
+        onpointerenter: () => this.#attend(),
         onpointerleave: () => this.rest(),
-        onfocus: () => this.#playAlone(),
+        onfocus: () => this.#attend(),
         onblur: () => this.rest(),
       },
       this.shot,
@@ -50,6 +50,11 @@ export class Tile {
     if (visible) this.#load();
     // Far away it lets go of its take, so that the store of takes can.
     else this.#drop();
+  }
+
+  /** Asks again for a picture that did not come. */
+  retry() {
+    if (this.#visible) this.#load();
   }
 
   async #load() {
@@ -91,6 +96,11 @@ export class Tile {
     this.view.time = time;
     this.view.stale = true;
     stage.request();
+  }
+
+  #attend() {
+    this.link.href = address({ sample: this.sample.id });
+    this.#playAlone();
   }
 
   #playAlone() {

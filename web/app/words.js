@@ -5,12 +5,15 @@ export function number(value, digits = 4) {
   if (value === null || value === undefined) return "–";
   if (typeof value === "boolean") return value ? "yes" : "no";
   if (typeof value !== "number") return String(value);
-  if (value !== 0 && (Math.abs(value) < 1e-3 || Math.abs(value) >= 1e6)) return value.toExponential(Math.min(digits, 3) - 1);
+  if (value !== 0 && (Math.abs(value) < 1e-5 || Math.abs(value) >= 1e6)) return value.toExponential(Math.min(digits, 3) - 1);
   return String(Number(value.toPrecision(digits)));
 }
 
 /** @param {number} value */
 export const count = (value) => Math.round(value).toLocaleString("en-US");
+
+/** How many a second. @param {number} value */
+export const pace = (value) => (value < 1000 ? number(value, 3) : count(Number(value.toPrecision(3))));
 
 /** @param {number} part @param {number} whole */
 export const percent = (part, whole) => (whole > 0 ? `${number((100 * part) / whole, part / whole < 0.1 ? 2 : 3)} %` : "–");
@@ -18,7 +21,8 @@ export const percent = (part, whole) => (whole > 0 ? `${number((100 * part) / wh
 /** @param {number} value [s] */
 export function seconds(value) {
   if (value === null || value === undefined) return "–";
-  if (value < 1) return `${Math.max(1, Math.round(value * 1000))} ms`;
+  if (value < 0.001) return "under 1 ms";
+  if (value < 1) return `${Math.round(value * 1000)} ms`;
   if (value < 120) return `${value.toFixed(value < 10 ? 2 : 1)} s`;
   return `${Math.floor(value / 60)} min ${Math.round(value % 60)} s`;
 }
@@ -40,6 +44,11 @@ const TERMS = {
   bins: () => "the marbles fill the marked bins, and no other",
   face_up: (term) => `face ${term.face} ends up`,
 };
+
+/** A scenario's document with its keys in the order in which people think. @param {object} scenario */
+export function inReadingOrder({ world, title, model, constraints = [], ...rest }) {
+  return { world, title, model, constraints: constraints.map(({ kind, ...term }) => ({ kind, ...term })), ...rest };
+}
 
 /** The wish of a scenario as a sentence. @param {{constraints: object[]}} scenario */
 export function wish(scenario) {

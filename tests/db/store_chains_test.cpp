@@ -1,0 +1,336 @@
+// Scenarios and chains come back as they were put in, and what a chain reports arrives whole.
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "tests/db/fixture.h"
+
+namespace retake::test {
+namespace {
+
+class StoreTest : public testing::Test {
+ protected:
+  TemporaryDirectory directory;
+  Store store{directory.file(), prompt()};
+};
+using StoreScenarios = StoreTest;
+using StoreChains = StoreTest;
+using StoreProgress = StoreTest;
+
+// --- Scenarios ---------------------------------------------------------------------------------
+
+TEST_F(StoreScenarios, a_scenario_comes_back) {
+  auto scenario = make_scenario("s");
+  scenario.created_at = 1234;
+  const auto added = store.add_scenario(scenario);
+  EXPECT_TRUE(added.created);
+  const auto found = store.scenario("s").value();
+  EXPECT_EQ(found.id, "s");
+  EXPECT_EQ(found.world, "bowling");
+  EXPECT_EQ(found.world_version, 3);
+  EXPECT_EQ(found.title, "Title of s");
+  EXPECT_EQ(found.document, scenario.document);
+  EXPECT_EQ(found.created_at, 1234);
+  EXPECT_EQ(found.samples + found.running + found.paused + found.finished + found.failed, 0u);
+  EXPECT_FALSE(store.scenario("other"));
+}
+
+TEST_F(StoreScenarios, the_same_id_again_gives_the_first_one) {
+  store.add_scenario(make_scenario("s"));
+  auto again = make_scenario("s");
+  again.title = "another";
+  const auto added = store.add_scenario(again);
+  EXPECT_FALSE(added.created);
+  EXPECT_EQ(added.scenario.title, "Title of s");
+}
+
+TEST_F(StoreScenarios, a_time_is_set_where_there_is_none) {
+  EXPECT_GT(store.add_scenario(make_scenario("s")).scenario.created_at, 1'600'000'000'000);
+}
+
+TEST_F(StoreScenarios, pages_are_newest_first_and_end) {
+  for (int index = 0; index < 7; ++index)
+    store.add_scenario(make_scenario("s" + std::to_string(index)));
+  std::string ids, cursor;
+  int pages = 0;
+  do {
+    const auto page = store.scenarios(3, cursor);
+    for (const auto& scenario : page.records)
+      ids += scenario.id;
+    cursor = page.next_cursor;
+    ++pages;
+    store.add_scenario(make_scenario("late" + std::to_string(pages)));  // does not move the pages to come
+  } while (!cursor.empty());
+  EXPECT_EQ(ids, "s6s5s4s3s2s1s0");
+  EXPECT_EQ(pages, 3);
+}
+
+TEST_F(StoreScenarios, a_page_that_holds_the_last_one_has_no_cursor) {
+  for (int index = 0; index < 4; ++index)
+    store.add_scenario(make_scenario("s" + std::to_string(index)));
+  EXPECT_TRUE(store.scenarios(4, "").next_cursor.empty());
+  EXPECT_FALSE(store.scenarios(3, "").next_cursor.empty());
+  EXPECT_TRUE(store.scenarios(0, "").records.empty());
+}
+
+TEST_F(StoreScenarios, chains_are_counted_by_state_and_queued_ones_run) {
+  store.add_scenario(make_scenario("s"));
+  store.add_scenario(make_scenario("other"));
+  std::vector<ChainRecord> chains;
+  const std::vector<ChainState> states{ChainState::queued,   ChainState::running,  ChainState::running,
+                                       ChainState::paused,   ChainState::finished, ChainState::finished,
+                                       ChainState::finished, ChainState::failed};
+  for (const auto state : states) {
+    chains.push_back(make_chain("c" + std::to_string(chains.size()), "s"));
+    chains.back().state = state;
+  }
+  store.add_chains(chains);
+  store.add_chains({make_chain("o", "other")});
+  const auto scenario = store.scenario("s").value();
+  EXPECT_EQ(scenario.running, 3u);
+  EXPECT_EQ(scenario.paused, 1u);
+  EXPECT_EQ(scenario.finished, 3u);
+  EXPECT_EQ(scenario.failed, 1u);
+  EXPECT_EQ(store.scenarios(1, "").records[0].running, 1u);
+}
+
+// --- Totals ------------------------------------------------------------------------------------
+
+TEST_F(StoreScenarios, totals_add_up) {
+  fill(store, 30);
+  store.play("s", "", "");
+  store.play("s", "alice", "");
+  const auto totals = store.totals();
+  EXPECT_EQ(totals.scenarios, 1u);
+  EXPECT_EQ(totals.samples, 30u);
+  EXPECT_EQ(totals.plays, 2u);
+  EXPECT_EQ(totals.queued_commits, 0u);
+  EXPECT_EQ(totals.failed_commits, 0u);
+  EXPECT_GT(totals.file_bytes, 4096u);
+}
+
+// --- Chains ------------------------------------------------------------------------------------
+
+TEST_F(StoreChains, a_chain_comes_back_field_by_field) {
+  store.add_scenario(make_scenario("s"));
+  auto chain = make_chain("c", "s");
+  chain.index = 4;
+  chain.seed = (std::uint64_t{1} << 63) - 1;
+  chain.settings = R"({"beta":0.5})";
+  chain.state = ChainState::running;
+  chain.stop = {100, 2000, 1.5};
+  chain.created_at = 99;
+  store.add_chains({chain});
+  auto progress = make_progress("c", "s", 1, 1);
+  progress.counters = {11, 12, 13, 14, 15, 1.25, 2.5, 3.75, {{"redraw", 21, 22}, {"toggle", 23, 24}},
+                       31, 0.5};
+  store.commit(progress).get();
+
+  const auto found = store.chain("c").value();
+  EXPECT_EQ(found.scenario, "s");
+  EXPECT_EQ(found.index, 4u);
+  EXPECT_EQ(found.seed, chain.seed);
+  EXPECT_EQ(found.method, "metropolis");
+  EXPECT_EQ(found.ratios, "exact");
+  EXPECT_EQ(found.settings, chain.settings);
+  EXPECT_EQ(found.state, ChainState::running);
+  EXPECT_EQ(found.stop.samples, 100u);
+  EXPECT_EQ(found.stop.iterations, 2000u);
+  EXPECT_EQ(found.stop.seconds, 1.5);
+  EXPECT_EQ(found.created_at, 99);
+  EXPECT_EQ(found.counters.iteration, 11u);
+  EXPECT_EQ(found.counters.accepted, 12u);
+  EXPECT_EQ(found.counters.samples, 13u);
+  EXPECT_EQ(found.counters.simulations, 14u);
+  EXPECT_EQ(found.counters.failed_simulations, 15u);
+  EXPECT_EQ(found.counters.simulated_seconds, 1.25);
+  EXPECT_EQ(found.counters.run_seconds, 2.5);
+  EXPECT_EQ(found.counters.iterations_per_second, 3.75);
+  EXPECT_EQ(found.counters.first_sample_iteration, 31u);
+  EXPECT_EQ(found.counters.first_sample_seconds, 0.5);
+  ASSERT_EQ(found.counters.kernels.size(), 2u);
+  EXPECT_EQ(found.counters.kernels[1].name, "toggle");
+  EXPECT_EQ(found.counters.kernels[1].proposed, 23u);
+  EXPECT_EQ(found.counters.kernels[1].accepted, 24u);
+}
+
+TEST_F(StoreChains, what_is_unset_stays_unset) {
+  store.add_scenario(make_scenario("s"));
+  store.add_chains({make_chain("c", "s")});
+  const auto found = store.chain("c").value();
+  EXPECT_FALSE(found.stop.samples || found.stop.iterations || found.stop.seconds);
+  EXPECT_FALSE(found.counters.first_sample_iteration || found.counters.first_sample_seconds);
+  EXPECT_FALSE(store.chain("other"));
+}
+
+TEST_F(StoreChains, kernels_that_are_gone_are_forgotten) {
+  store.add_scenario(make_scenario("s"));
+  auto chain = make_chain("c", "s");
+  chain.counters.kernels = {{"a", 1, 1}, {"b", 2, 2}, {"c", 3, 3}};
+  store.add_chains({chain});
+  EXPECT_EQ(store.chain("c")->counters.kernels.size(), 3u);
+  auto progress = make_progress("c", "s", 1, 1);
+  progress.counters.kernels = {{"d", 4, 4}};
+  store.commit(progress).get();
+  const auto kernels = store.chain("c")->counters.kernels;
+  ASSERT_EQ(kernels.size(), 1u);
+  EXPECT_EQ(kernels[0].name, "d");
+}
+
+TEST_F(StoreChains, chains_are_listed_in_the_order_in_which_they_were_added) {
+  store.add_scenario(make_scenario("s"));
+  store.add_scenario(make_scenario("t"));
+  store.add_chains({make_chain("z", "s"), make_chain("a", "t"), make_chain("m", "s")});
+  store.add_chains({make_chain("b", "s")});
+  store.set_chain_state("m", ChainState::paused, "", "");
+  std::string ids;
+  for (const auto& chain : store.chains("s"))
+    ids += chain.id;
+  EXPECT_EQ(ids, "zmb");
+  ids.clear();
+  for (const auto& chain : store.chains_in_states({ChainState::paused, ChainState::queued}))
+    ids += chain.id;
+  EXPECT_EQ(ids, "zamb");
+  ids.clear();
+  for (const auto& chain : store.chains_in_states({ChainState::queued}))
+    ids += chain.id;
+  EXPECT_EQ(ids, "zab");
+  EXPECT_TRUE(store.chains_in_states({}).empty());
+  EXPECT_TRUE(store.chains("other").empty());
+}
+
+TEST_F(StoreChains, chains_are_added_all_or_none) {
+  store.add_scenario(make_scenario("s"));
+  EXPECT_THROW(store.add_chains({make_chain("c", "s"), make_chain("d", "gone")}), StoreError);
+  EXPECT_FALSE(store.chain("c"));
+  store.add_chains({make_chain("c", "s")});
+  EXPECT_THROW(store.add_chains({make_chain("d", "s"), make_chain("c", "s")}), StoreError);
+  EXPECT_FALSE(store.chain("d"));
+}
+
+TEST_F(StoreChains, an_id_that_could_not_be_told_from_a_samples_is_our_own_mistake) {
+  store.add_scenario(make_scenario("s"));
+  EXPECT_THROW(store.add_chains({make_chain("c-1", "s")}), std::logic_error);
+  EXPECT_THROW(store.add_chains({make_chain("", "s")}), std::logic_error);
+}
+
+TEST_F(StoreChains, the_state_is_set_with_its_reason) {
+  store.add_scenario(make_scenario("s"));
+  store.add_chains({make_chain("c", "s")});
+  store.set_chain_state("c", ChainState::failed, "", "the disk is full");
+  EXPECT_EQ(store.chain("c")->state, ChainState::failed);
+  EXPECT_EQ(store.chain("c")->error, "the disk is full");
+  store.set_chain_state("c", ChainState::finished, "samples", "");
+  EXPECT_EQ(store.chain("c")->ended_by, "samples");
+  EXPECT_EQ(store.chain("c")->error, "");
+  store.set_chain_state("gone", ChainState::finished, "samples", "");
+}
+
+// --- Progress ----------------------------------------------------------------------------------
+
+TEST_F(StoreProgress, samples_counters_checkpoint_and_trace_arrive_together) {
+  store.add_scenario(make_scenario("s"));
+  store.add_chains({make_chain("c", "s")});
+  EXPECT_EQ(store.checkpoint("c"), "");
+  auto progress = make_progress("c", "s", 1, 3);
+  progress.trace_block = "block 1";
+  progress.checkpoint = std::string("a\0b", 3);
+  EXPECT_EQ(store.commit(progress).get(), 3u);
+  EXPECT_EQ(store.checkpoint("c"), std::string("a\0b", 3));
+  EXPECT_EQ(store.trace("c"), (std::vector<std::string>{"block 1"}));
+  EXPECT_EQ(store.sample_count("s"), 3u);
+  EXPECT_EQ(store.scenario("s")->samples, 3u);
+  EXPECT_EQ(store.chain("c")->counters.iteration, 3u);
+  EXPECT_EQ(store.sample_count("other"), 0u);
+}
+
+TEST_F(StoreProgress, the_state_changes_only_if_it_is_set) {
+  store.add_scenario(make_scenario("s"));
+  store.add_chains({make_chain("c", "s")});
+  store.set_chain_state("c", ChainState::running, "", "");
+  store.commit(make_progress("c", "s", 1, 1)).get();
+  EXPECT_EQ(store.chain("c")->state, ChainState::running);
+  auto progress = make_progress("c", "s", 2, 2);
+  progress.state = ChainState::finished;
+  progress.ended_by = "iterations";
+  store.commit(progress).get();
+  EXPECT_EQ(store.chain("c")->state, ChainState::finished);
+  EXPECT_EQ(store.chain("c")->ended_by, "iterations");
+}
+
+TEST_F(StoreProgress, traces_grow_by_blocks_or_are_replaced) {
+  store.add_scenario(make_scenario("s"));
+  store.add_chains({make_chain("c", "s"), make_chain("d", "s")});
+  const auto commit = [&](const char* block, bool replace) {
+    auto progress = make_progress("c", "s", 1, 1);
+    progress.trace_block = block;
+    progress.replace_trace = replace;
+    store.commit(progress).get();
+  };
+  commit("1", false);
+  commit("2", false);
+  commit("", false);
+  EXPECT_EQ(store.trace("c"), (std::vector<std::string>{"1", "2"}));
+  commit("3", true);
+  commit("4", false);
+  EXPECT_EQ(store.trace("c"), (std::vector<std::string>{"3", "4"}));
+  commit("", true);
+  EXPECT_TRUE(store.trace("c").empty());
+  EXPECT_TRUE(store.trace("d").empty());
+}
+
+TEST_F(StoreProgress, a_sample_that_comes_again_keeps_its_row_and_plays_and_takes_the_weight) {
+  store.add_scenario(make_scenario("s"));
+  store.add_chains({make_chain("c", "s")});
+  auto first = make_progress("c", "s", 1, 2);
+  first.samples[0].record.created_at = 77;
+  store.commit(first).get();
+  store.play("s", "alice", "");
+  auto again = make_progress("c", "s", 1, 3);
+  again.samples[0].record.weight = 9;
+  EXPECT_EQ(store.commit(again).get(), 3u);
+  const auto sample = store.sample("c-1").value();
+  EXPECT_EQ(sample.weight, 9u);
+  EXPECT_EQ(sample.plays, 1u);
+  EXPECT_EQ(sample.created_at, 77);
+  EXPECT_EQ(ids_of(store.samples("s", SampleOrder::oldest, 10, "").records),
+            (std::vector<std::string>{"c-1", "c-2", "c-3"}));
+  EXPECT_TRUE(store.check().empty());
+}
+
+TEST_F(StoreProgress, weights_of_earlier_samples_grow) {
+  store.add_scenario(make_scenario("s"));
+  store.add_chains({make_chain("c", "s")});
+  auto progress = make_progress("c", "s", 1, 1);
+  progress.samples.push_back(make_sample(1, 1, 2));
+  store.commit(progress).get();
+  ChainProgress later = make_progress("c", "s", 2, 2);
+  later.weights = {{1, 2, 5}, {2, 0, 6}};  // also of a sample of the same progress
+  store.commit(later).get();
+  EXPECT_EQ(store.sample("c-1")->weight, 1u);
+  EXPECT_EQ(store.sample("c-1-2")->weight, 5u);
+  EXPECT_EQ(store.sample("c-2")->weight, 6u);
+}
+
+TEST_F(StoreProgress, a_weight_of_a_sample_that_is_not_there_fails_the_whole_progress) {
+  store.add_scenario(make_scenario("s"));
+  store.add_chains({make_chain("c", "s")});
+  auto progress = make_progress("c", "s", 1, 1);
+  progress.weights = {{5, 0, 2}};
+  EXPECT_THROW(store.commit(progress).get(), StoreError);
+  EXPECT_FALSE(store.sample("c-1"));
+  EXPECT_EQ(store.checkpoint("c"), "");
+  EXPECT_EQ(store.sample_count("s"), 0u);
+}
+
+TEST_F(StoreProgress, progress_of_a_chain_that_is_gone_is_dropped) {
+  EXPECT_EQ(store.commit(make_progress("c", "s", 1, 3)).get(), 0u);
+  fill(store, 3);
+  store.delete_scenario("s");
+  EXPECT_EQ(store.commit(make_progress("c", "s", 4, 5)).get(), 0u);
+  EXPECT_EQ(store.totals().samples, 0u);
+  EXPECT_EQ(store.last_error(), "");
+}
+
+}  // namespace
+}  // namespace retake::test
