@@ -1,5 +1,8 @@
 // Route of plays: a fresh animation for a game.
 #include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <mutex>
 
 #include "server/api.h"
 #include "server/request_fields.h"
@@ -14,9 +17,12 @@ using nlohmann::json;
 constexpr std::size_t kLongestPlayer = 200;  // bytes, chosen: any account name or UUID
 constexpr std::size_t kLongestKey = 200;
 
-/// Starts a chain again where stock runs low and none is running.
-void refill(Api& api, const std::string& scenario_id, std::uint64_t low_water, std::uint64_t remaining) {
+/// Starts a chain again where stock runs low and none is running. One request at a time, so that many players who
+/// find it low start one chain.
+void refill(Api& api, std::mutex& one_at_a_time, const std::string& scenario_id, std::uint64_t low_water,
+            std::uint64_t remaining) try {
   if (remaining >= low_water) return;
+  const std::lock_guard lock(one_at_a_time);
   const auto record = api.store.scenario(scenario_id);
   if (!record || record->running > 0 || record->samples >= api.limits.most_samples_per_scenario) return;
   const auto scenario = api.library.find(scenario_id);
@@ -24,12 +30,17 @@ void refill(Api& api, const std::string& scenario_id, std::uint64_t low_water, s
   StopRule stop;
   stop.samples = std::max(api.limits.refill, low_water);
   start_default_chains(api.runner, *scenario, scenario_id, 1, stop);
+} catch (const std::runtime_error& fault) {
+  // The play itself is made, and stays the client's.
+  std::fprintf(stderr, "retake: scenario %s is low on samples but no chain can be started: %s\n", scenario_id.c_str(),
+               fault.what());
 }
 
 }  // namespace
 
 void add_play_routes(HttpServer& server, Api& api) {
-  server.route("POST", "/v1/scenarios/{id}/plays", [&api](const HttpRequest& request) {
+  const auto refilling = std::make_shared<std::mutex>();
+  server.route("POST", "/v1/scenarios/{id}/plays", [&api, refilling](const HttpRequest& request) {
     QueryFields(request).finish();
     BodyFields fields = BodyFields::parse(request.body);
     const std::string player = fields.text("player", kLongestPlayer).value_or("");
@@ -51,15 +62,15 @@ void add_play_routes(HttpServer& server, Api& api) {
                         "This Idempotency-Key came before with another player.");
     }
     if (!play) {
+      refill(api, *refilling, id, low_water, 0);
       const auto scenario = api.store.scenario(id);
       if (!scenario) throw not_found("scenario", id);
-      refill(api, id, low_water, 0);
       throw HttpProblem(503, "no-samples-yet", "No samples yet",
                         scenario->running > 0 ? "The chains have not found one yet; try again soon."
                                               : "No chain of this scenario is running; start one.",
                         {}, {{"Retry-After", "1"}});
     }
-    if (low_water > 0) refill(api, id, low_water, play->remaining);
+    if (low_water > 0) refill(api, *refilling, id, low_water, play->remaining);
 
     json view = {{"play", play->id},
                  {"sample", sample_json(play->sample)},

@@ -61,16 +61,21 @@ std::string metrics_text(const Api& api) {
 }  // namespace
 
 void add_service_routes(HttpServer& server, Api& api) {
-  server.route("GET", "/healthz", [](const HttpRequest&) { return json_response({{"status", "ok"}}); });
+  server.route("GET", "/healthz", [](const HttpRequest& request) {
+    QueryFields(request).finish();
+    return json_response({{"status", "ok"}});
+  });
 
-  server.route("GET", "/readyz", [&api](const HttpRequest&) {
+  server.route("GET", "/readyz", [&api](const HttpRequest& request) {
+    QueryFields(request).finish();
     if (!api.store.last_error().empty())
       throw HttpProblem(503, "store-failing", "The store cannot write", "The last write to the store failed.", {},
                         {{"Retry-After", "5"}});
     return json_response({{"status", "ready"}});
   });
 
-  server.route("GET", "/metrics", [&api](const HttpRequest&) {
+  server.route("GET", "/metrics", [&api](const HttpRequest& request) {
+    QueryFields(request).finish();
     HttpResponse response;
     response.content_type = "text/plain; version=0.0.4; charset=utf-8";
     response.body = metrics_text(api);

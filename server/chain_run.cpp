@@ -79,7 +79,7 @@ void ChainRun::step_for(Scenario::Performer& performer, std::chrono::duration<do
   check_context() = {};
 }
 
-std::string ChainRun::ended_by() const {
+std::string_view ChainRun::ended_by() const {
   const ChainCounts& counts = chain_.counts();
   const StopRule& stop = record_.stop;
   if (stop.samples && counts.samples >= *stop.samples) return "samples";

@@ -31,7 +31,7 @@ class ChainRun {
   void step_for(Scenario::Performer& performer, std::chrono::duration<double> time, std::size_t most_samples);
 
   /// What ended the chain by its stop rule: "samples", "iterations" or "seconds"; empty while it may go on.
-  std::string ended_by() const;
+  std::string_view ended_by() const;
 
   /// Samples gathered since the last take_progress().
   std::size_t gathered() const { return samples_.size(); }

@@ -6,21 +6,31 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include <CLI/CLI.hpp>
 
 #include "db/store.h"
+#include "sampler/chain.h"
 #include "worlds/document.h"
 
 namespace retake {
 namespace {
 
 constexpr std::uint64_t kLargestSeed = (std::uint64_t{1} << 53) - 1;
+constexpr std::uint64_t kLargestCount = (std::uint64_t{1} << 53) - 1;
+constexpr std::uint64_t kMostLowWater = 1'000'000;  // as in POST plays
+
+/// Accepts what `read` knows; it is the reader's place to know the names.
+template <typename Read>
+CLI::Validator known(Read read, const std::string& names) {
+  return CLI::Validator([read, names](std::string& text) { return read(text) ? "" : "must be one of " + names; }, names);
+}
 
 /// The commands with their options, and the one that was chosen.
 struct CommandLine {
-  CommandLine();
+  explicit CommandLine(bool reads_file = true);
   void add_serve();
   void add_sample();
   void add_store_commands();
@@ -33,15 +43,21 @@ struct CommandLine {
   ExportOptions export_options;
   BackupOptions backup_options;
   std::string check_store = "retake.db";
+  std::string unread_file;
   bool worlds_json = false;
   bool version_json = false;
 };
 
-CommandLine::CommandLine() {
+CommandLine::CommandLine(bool reads_file) {
   app.name("retake");
   app.require_subcommand(1);
+  app.allow_config_extras(CLI::config_extras_mode::error);
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  app.set_config("--config", "", "Configuration file: `[serve]` and then `listen = \"127.0.0.1:8080\"`, one option a line");
+  if (reads_file)
+    app.set_config("--config", "",
+                   "Configuration file: `[serve]` and then `listen = \"127.0.0.1:8080\"`, one option a line");
+  else
+    app.add_option("--config", unread_file);
   app.footer(
       "Every option may also stand in the environment: --low-water as RETAKE_LOW_WATER.\n"
       "Exit codes: 0 done, 1 failed, 2 usage, 3 configuration, 4 store, 5 listen address.");
@@ -51,9 +67,11 @@ CommandLine::CommandLine() {
 
   auto* worlds = app.add_subcommand("worlds", "List the worlds with their parameters and constraint terms");
   worlds->add_flag("--json", worlds_json, "As GET /v1/worlds");
+  worlds->footer("Example: retake worlds --json");
   worlds->callback([this] { chosen = [this] { return list_worlds(worlds_json); }; });
   auto* version = app.add_subcommand("version", "Print the version");
   version->add_flag("--json", version_json, "For machines");
+  version->footer("Example: retake version --json");
   version->callback([this] { chosen = [this] { return show_version(version_json); }; });
   for (CLI::App* command : app.get_subcommands({})) command->fallthrough(false);
 }
@@ -76,8 +94,11 @@ void CommandLine::add_serve() {
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
   command->add_option("--low-water", options.low_water,
                       "A play that leaves its player fewer unseen samples starts a chain again; 0: never")
-      ->capture_default_str();
-  command->add_option("--refill", options.refill, "Samples that such a chain finds")->capture_default_str();
+      ->capture_default_str()
+      ->check(CLI::Range(std::uint64_t{0}, kMostLowWater));
+  command->add_option("--refill", options.refill, "Samples that such a chain finds")
+      ->capture_default_str()
+      ->check(CLI::Range(std::uint64_t{1}, kLargestCount));
   command->footer("Example: retake serve --listen 127.0.0.1:8080 --store retake.db --threads 2");
   command->callback([this] { chosen = [this] { return serve(serve_options); }; });
 }
@@ -91,11 +112,17 @@ void CommandLine::add_sample() {
       ->check(CLI::Range(std::uint64_t{1}, kLargestSeed));
   command->add_option("--seed", options.seed, "Seed; picked and reported if absent")
       ->check(CLI::Range(std::uint64_t{0}, kLargestSeed));
-  command->add_option("--index", options.index, "Which chain of the seed")->capture_default_str();
-  command->add_option("--method", options.method, "metropolis or rejection; the world's default if absent");
-  command->add_option("--ratios", options.ratios, "exact, or paper for the published behaviour")->capture_default_str();
-  command->add_option("--iterations", options.iterations, "Give up after so many iterations");
-  command->add_option("--seconds", options.seconds, "Give up after so many seconds");
+  command->add_option("--index", options.index, "Which chain of the seed")
+      ->capture_default_str()
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{std::numeric_limits<std::uint32_t>::max()}));
+  command->add_option("--method", options.method, "metropolis or rejection; the world's default if absent")
+      ->check(known(method_from, "metropolis, rejection"));
+  command->add_option("--ratios", options.ratios, "exact, or paper for the published behaviour")
+      ->capture_default_str()
+      ->check(known(ratios_from, "exact, paper"));
+  command->add_option("--iterations", options.iterations, "Give up after so many iterations")
+      ->check(CLI::Range(std::uint64_t{1}, kLargestCount));
+  command->add_option("--seconds", options.seconds, "Give up after so many seconds")->check(CLI::PositiveNumber);
   command->add_option("--out", options.out, "Folder for the keyframe documents");
   command->add_option("--rate", options.rate, "Frames a second of the keyframes; 0: the world's own")
       ->check(CLI::Range(0, 240));
@@ -115,7 +142,8 @@ void CommandLine::add_store_commands() {
   auto* export_command = app.add_subcommand("export", "Write a scenario's samples as keyframe documents");
   export_command->add_option("scenario", export_options.scenario, "Id of the scenario")->required();
   export_command->add_option("--out", export_options.out, "Folder to write to")->required();
-  export_command->add_option("--limit", export_options.limit, "At most so many, oldest first; 0: all");
+  export_command->add_option("--limit", export_options.limit, "At most so many, oldest first; 0: all")
+      ->check(CLI::Range(std::uint64_t{0}, kLargestCount));
   export_command->add_option("--rate", export_options.rate, "Frames a second; 0: the world's own")
       ->check(CLI::Range(0, 240));
   export_command->add_option("--store", export_options.store, "The store's file")->capture_default_str();
@@ -166,10 +194,10 @@ void parse(CommandLine& line, std::vector<std::string> arguments, bool with_envi
   line.app.parse(std::move(arguments));
 }
 
-/// Whether the command line alone is right, so that the fault lies in the environment.
-bool right_without_environment(const std::vector<std::string>& arguments) {
+/// Whether the flags alone, or with the configuration file, are right.
+bool right_without_environment(const std::vector<std::string>& arguments, bool reads_file) {
   try {
-    CommandLine line;
+    CommandLine line(reads_file);
     parse(line, arguments, false);
     return true;
   } catch (const CLI::Error&) {
@@ -197,8 +225,11 @@ int run_command_line(int count, char** arguments) {
   } catch (const CLI::ConfigError& fault) {
     return report(fault.what(), Exit::configuration);
   } catch (const CLI::Error& fault) {
-    if (right_without_environment(given))
+    // The fault lies in what was left out when the rest is right.
+    if (right_without_environment(given, true))
       return report((std::string("the environment: ") + fault.what()).c_str(), Exit::configuration);
+    if (right_without_environment(given, false))
+      return report((std::string("the configuration file: ") + fault.what()).c_str(), Exit::configuration);
     line.app.exit(fault, std::cerr, std::cerr);
     return static_cast<int>(Exit::usage);
   }

@@ -19,11 +19,6 @@ constexpr duration<double> kBetweenCommits{0.25};  // chosen: what a page shows 
 constexpr std::size_t kSamplesPerCommit = 32;
 constexpr std::size_t kMostGathered = 256;      // a chain waits for its commit when it has gathered this many
 
-/// Requests come first: Linux gives a thread of this niceness a tenth of what the threads that serve requests get.
-void yield_to_requests() {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
-}
-
 }  // namespace
 
 Runner::Runner(Store& store, ScenarioLibrary& library, EventHub& events, Settings settings)
@@ -32,6 +27,26 @@ Runner::Runner(Store& store, ScenarioLibrary& library, EventHub& events, Setting
 }
 
 Runner::~Runner() { drain(); }
+
+/// One request at a time changes a chain: while this lives, others that want to wait.
+class Runner::Turn {
+ public:
+  Turn(Runner& runner, std::string_view id) : runner_(runner), id_(id) {
+    std::unique_lock lock(runner_.mutex_);
+    runner_.changed_.wait(lock, [this] { return runner_.turns_.insert(id_).second; });
+  }
+  ~Turn() {
+    const std::lock_guard lock(runner_.mutex_);
+    runner_.turns_.erase(id_);
+    runner_.changed_.notify_all();
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  Runner& runner_;
+  const std::string id_;
+};
 
 // --- Chains come and go -------------------------------------------------------------------------
 
@@ -47,6 +62,8 @@ void Runner::resume_stored() {
 }
 
 void Runner::add(const std::vector<ChainRecord>& chains) {
+  std::deque<Turn> turns;
+  for (const ChainRecord& record : chains) turns.emplace_back(*this, record.id);
   store_.add_chains(chains);
   for (const ChainRecord& record : chains) make_live(record);
 }
@@ -137,6 +154,7 @@ std::optional<ChainRecord> Runner::wish(std::string_view id, Wish wish) {
 }
 
 std::optional<ChainRecord> Runner::pause(std::string_view id) {
+  const Turn turn(*this, id);
   auto record = wish(id, Wish::pause);
   if (record && (record->state == ChainState::finished || record->state == ChainState::failed))
     throw WrongState("the chain has " + std::string(to_string(record->state)) + " already");
@@ -144,6 +162,7 @@ std::optional<ChainRecord> Runner::pause(std::string_view id) {
 }
 
 std::optional<ChainRecord> Runner::stop(std::string_view id) {
+  const Turn turn(*this, id);
   auto record = wish(id, Wish::stop);
   if (record && (record->state == ChainState::paused || record->state == ChainState::failed)) {
     set_state(id, ChainState::finished, "stop", record->error);
@@ -153,10 +172,16 @@ std::optional<ChainRecord> Runner::stop(std::string_view id) {
 }
 
 std::optional<ChainRecord> Runner::resume(std::string_view id) {
+  const Turn turn(*this, id);
   auto record = chain(id);
   if (!record) return record;
   if (record->state == ChainState::finished) throw WrongState("the chain has finished already");
   if (record->state == ChainState::paused || record->state == ChainState::failed) {
+    {
+      // The store may know that it failed before its thread has let go of it.
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return draining_ || !live_.contains(id); });
+    }
     record->error.clear();
     make_live(*record);
     record = chain(id);
@@ -209,7 +234,7 @@ Runner::Counters Runner::counters() const {
 // --- The threads --------------------------------------------------------------------------------
 
 void Runner::work() {
-  yield_to_requests();
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
   Performers performers;  // of the scenarios stepped last; their scratch memory is reused
   constexpr std::size_t kMostPerformers = 8;
   while (const std::shared_ptr<Live> live = next_chain()) {
@@ -229,7 +254,9 @@ void Runner::work() {
 std::shared_ptr<Runner::Live> Runner::next_chain() {
   std::unique_lock lock(mutex_);
   while (!draining_) {
-    for (auto place = queue_.begin(); place != queue_.end(); ++place) {
+    // A chain for which something is wished comes first: a client waits.
+    const auto wished = std::find_if(queue_.begin(), queue_.end(), [](const auto& live) { return live->wish != Wish::run; });
+    for (auto place = wished != queue_.end() ? wished : queue_.begin(); place != queue_.end(); ++place) {
       const bool held_up = (*place)->wish == Wish::run && (*place)->run->gathered() >= kMostGathered &&
                            (*place)->commit.valid() &&
                            (*place)->commit.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
@@ -263,12 +290,12 @@ void Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
     }
 
     // Hand over what there is, when it is time.
-    settle_commit(*live, false);
-    if (wish == Wish::drop) {
+    const bool is_deleted = !settle_commit(*live, false);
+    if (wish == Wish::drop || is_deleted) {
       leave(live);
       return;
     }
-    std::string ended_by = run.ended_by();
+    std::string_view ended_by = run.ended_by();
     if (wish == Wish::stop && ended_by.empty()) ended_by = "stop";
     if (ended_by.empty() && run.gathered() > 0 &&
         store_.sample_count(live->scenario) >= settings_.most_samples_per_scenario)
@@ -293,12 +320,14 @@ void Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
   work_.notify_one();
 }
 
-void Runner::settle_commit(Live& live, bool wait) {
-  if (!live.commit.valid()) return;
-  if (!wait && live.commit.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  live.commit.get();
+bool Runner::settle_commit(Live& live, bool wait) {
+  if (!live.commit.valid()) return true;
+  if (!wait && live.commit.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return true;
+  const bool has_samples = live.commit.get() > 0;
+  if (!has_samples && !store_.chain(live.id)) return false;  // its scenario was deleted while it was being added
   events_.chain_changed(live.id);
   events_.scenario_changed(live.scenario);
+  return true;
 }
 
 void Runner::hand_over(Live& live, std::optional<ChainState> state, std::string_view ended_by) {

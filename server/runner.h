@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -27,6 +28,9 @@ namespace retake {
 /// Thread safety: every method may be called from any thread.
 class Runner {
  public:
+  /// Requests come first: Linux gives a thread of this niceness a tenth of what the threads that serve requests get.
+  static constexpr int kNiceness = 10;
+
   struct Settings {
     std::size_t threads = 2;
     std::uint64_t most_samples_per_scenario = 1'000'000;  ///< chains end there, so that no wish fills the disk
@@ -79,13 +83,14 @@ class Runner {
     std::future<std::uint64_t> commit;  // the last one handed to the store
     std::chrono::steady_clock::time_point committed_at{};
   };
+  class Turn;
   using Performers = std::vector<std::pair<std::shared_ptr<const Scenario>, std::unique_ptr<Scenario::Performer>>>;
 
   void work();
   std::shared_ptr<Live> next_chain();
   void slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer);
-  /// Looks at the last commit. Throws: StoreError if it failed.
-  void settle_commit(Live& live, bool wait);
+  /// Looks at the last commit. False: the chain was deleted. Throws: StoreError if it failed.
+  bool settle_commit(Live& live, bool wait);
   void hand_over(Live& live, std::optional<ChainState> state, std::string_view ended_by);
   void leave(const std::shared_ptr<Live>& live);
   void fail(const std::shared_ptr<Live>& live, const std::string& error);
@@ -105,6 +110,7 @@ class Runner {
   std::condition_variable changed_;  // a chain left, or a slice ended
   std::map<std::string, std::shared_ptr<Live>, std::less<>> live_;
   std::deque<std::shared_ptr<Live>> queue_;
+  std::set<std::string, std::less<>> turns_;  // chains that a request is changing just now
   std::map<std::string, std::string, std::less<>> unsaved_failures_;  // chain id -> error
   bool draining_ = false;
   std::atomic<std::uint64_t> iterations_{0}, samples_{0}, simulations_{0}, failed_simulations_{0};

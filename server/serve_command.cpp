@@ -12,6 +12,7 @@
 
 #include "server/api.h"
 #include "server/command_line.h"
+#include "server/http_guard.h"
 
 namespace retake {
 namespace {
@@ -68,6 +69,11 @@ HttpSettings http_settings(const ServeOptions& options) {
   settings.allowed_origins = split(options.allow_origins);
   if (settings.token.empty() && !is_loopback(address.host))
     throw ConfigurationError("--listen " + options.listen + " can be reached from other machines: give a --token");
+  try {
+    const HttpGuard guard(settings);
+  } catch (const std::runtime_error& fault) {
+    throw ConfigurationError(fault.what());
+  }
   return settings;
 }
 
@@ -90,6 +96,7 @@ sigset_t block_end_signals() {
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a failed write, not the end
   return signals;
 }
 

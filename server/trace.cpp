@@ -21,6 +21,7 @@ Trace::Trace(std::size_t measures, const std::vector<std::string>& blocks) : Tra
     throw std::runtime_error(std::string("chain trace cannot be read: ") + fault.what());
   }
   taken_ = values_.size();
+  if (!values_.empty()) next_ = static_cast<std::uint64_t>(values_[values_.size() - width_]) + stride_;
 }
 
 void Trace::append(const Chain& chain) {
@@ -36,8 +37,12 @@ void Trace::append(const Chain& chain) {
     values_ = std::move(kept);
     taken_ = 0;
     replace_ = true;
-    if (chain.counts().iteration % stride_ != 0) return;
+    if (next_ % stride_ != 0) {
+      next_ += stride_ / 2;
+      return;
+    }
   }
+  next_ += stride_;
   const Stay& stay = chain.stay();
   values_.insert(values_.end(), {static_cast<double>(chain.counts().iteration), stay.log_prior,
                                  stay.score.log_constraint, stay.score.satisfied ? 1.0 : 0.0});

@@ -23,7 +23,7 @@ class Trace {
 
   /// Records where the chain stands, if its iteration is a multiple of the stride.
   void record(const Chain& chain) {
-    if (chain.counts().iteration % stride_ == 0) append(chain);
+    if (chain.counts().iteration == next_) append(chain);
   }
 
   struct Block {
@@ -49,6 +49,7 @@ class Trace {
 
   std::size_t width_;
   std::uint64_t stride_ = 1;
+  std::uint64_t next_ = 1;  ///< the multiple of the stride that is recorded next
   std::vector<double> values_;
   std::size_t taken_ = 0;  ///< numbers of values_ that earlier blocks hold
   bool replace_ = false;
