@@ -66,7 +66,8 @@ struct Stay {
 };
 
 /// Contract: after the same number of steps two chains with equal target and settings are equal bit for bit,
-/// whatever threads, simulators, pauses or checkpoints lie between.
+/// whatever threads, simulators, pauses or checkpoints lie between. (Of the counters, simulated_seconds and
+/// skipped_seconds tell what was really stepped: a chain that comes from a checkpoint has no Run to resume from at first.)
 /// Thread safety: one thread at a time, not always the same.
 class Chain {
  public:

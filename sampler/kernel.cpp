@@ -28,6 +28,7 @@ Redraw::Redraw(const Model& model, std::vector<std::size_t> block, Ratios ratios
   std::vector<bool> in_block(model.size(), false);
   for (const std::size_t variable : block_) {
     CHECK(variable < model.size(), variable);
+    CHECK(!in_block[variable], variable);
     in_block[variable] = true;
   }
   for (const std::size_t variable : block_)

@@ -15,7 +15,7 @@ struct ServiceLimits {
   std::uint64_t most_listed = 500;
   std::uint64_t listed_by_default = 50;
   std::uint64_t most_chains_per_request = 64;
-  std::uint64_t most_trace_points = Trace::kMostPoints;
+  std::uint64_t most_trace_points = 100'000;  ///< a trace never holds so many
   std::uint64_t most_frame_rate = 240;
   std::uint64_t most_samples_per_scenario = 1'000'000;
   std::uint64_t low_water = 0;  ///< a play that leaves fewer unseen samples starts chains again; 0: never

@@ -11,6 +11,8 @@
 namespace retake {
 namespace {
 
+constexpr std::size_t kLargestLength = std::size_t{1} << 62;  ///< [bytes] chosen: no number near overflow goes on
+
 [[noreturn]] void refuse(std::string detail) {
   throw HttpProblem(400, "bad-request", "The request is malformed", std::move(detail));
 }
@@ -177,9 +179,8 @@ void read_body_length(RequestHead& head) {
       !length->empty() && std::ranges::all_of(*length, [](char c) { return c >= '0' && c <= '9'; });
   if (!decimal) refuse("Content-Length is not a decimal number.");
   const auto parsed = std::from_chars(length->data(), length->data() + length->size(), head.content_length);
-  if (parsed.ec != std::errc())
-    throw HttpProblem(413, "content-too-large", "The body is too large",
-                      "Content-Length is beyond every limit.");
+  if (parsed.ec != std::errc() || head.content_length > kLargestLength)
+    refuse("Content-Length is beyond every length that a body can have.");
   head.has_content_length = true;
   if (head.content_length > 0 && is_safe_method(head.method))
     refuse("A " + head.method + " request has no body.");

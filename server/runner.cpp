@@ -190,14 +190,21 @@ std::optional<ChainRecord> Runner::resume(std::string_view id) {
 }
 
 void Runner::drop_scenario(std::string_view scenario) {
+  // Those that are added meanwhile end with their first commit after the scenario is gone.
   std::unique_lock lock(mutex_);
-  const auto any_left = [&] {
-    return std::any_of(live_.begin(), live_.end(), [&](const auto& entry) { return entry.second->scenario == scenario; });
-  };
+  std::vector<std::shared_ptr<Live>> dropped;
   for (const auto& [id, live] : live_)
-    if (live->scenario == scenario) live->wish = Wish::drop;
+    if (live->scenario == scenario) {
+      live->wish = Wish::drop;
+      dropped.push_back(live);
+    }
   work_.notify_all();
-  changed_.wait(lock, [&] { return draining_ || !any_left(); });
+  changed_.wait(lock, [&] {
+    return draining_ || std::none_of(dropped.begin(), dropped.end(), [&](const auto& live) {
+             const auto now = live_.find(live->id);
+             return now != live_.end() && now->second == live;
+           });
+  });
 }
 
 void Runner::drain() {

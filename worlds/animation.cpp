@@ -15,6 +15,10 @@ class Digest {
   Digest() { XXH3_128bits_reset(&state_); }
   void add(const double* values, std::size_t count) { XXH3_128bits_update(&state_, values, count * sizeof(double)); }
   void add(double value) { add(&value, 1); }
+  void add(const Pose& pose) {
+    add(pose.position.data(), 3);
+    add(pose.rotation.coeffs().data(), 4);
+  }
   void add(std::size_t value) {
     const std::uint64_t wide = value;
     XXH3_128bits_update(&state_, &wide, sizeof wide);
@@ -44,6 +48,7 @@ std::string digest(const State& state, const Animation& animation) {
   bits.add(animation.rate);
   bits.add(animation.frames);
   for (const Track& track : animation.tracks) {
+    bits.add(track.rest);
     bits.add(track.positions.data(), static_cast<std::size_t>(track.positions.size()));
     bits.add(track.rotations.data(), static_cast<std::size_t>(track.rotations.size()));
   }
@@ -52,6 +57,8 @@ std::string digest(const State& state, const Animation& animation) {
     bits.add(event.bodies[0]);
     bits.add(event.bodies[1]);
     bits.add(event.impulse);
+    bits.add(event.position.data(), 3);
+    bits.add(event.normal.data(), 3);
   }
   return bits.text();
 }

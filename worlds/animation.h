@@ -75,7 +75,7 @@ struct Animation {
   double duration() const { return frames == 0 ? 0 : static_cast<double>(frames - 1) / rate; }
 };
 
-/// 128 bits of the State and of every pose and event, as 32 hexadecimal digits: equal digests mean the same animation.
+/// 128 bits of the State and of every pose and event, as 32 hexadecimal digits: equal digests mean the same motion.
 std::string digest(const State& state, const Animation& animation);
 
 }  // namespace retake

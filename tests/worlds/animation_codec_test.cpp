@@ -18,10 +18,6 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
-double draw_between(RandomStream& random, double low, double high) {
-  return low + (high - low) * random.uniform();
-}
-
 Eigen::Quaterniond draw_rotation(RandomStream& random) {
   Eigen::Quaterniond rotation(random.gaussian(), random.gaussian(), random.gaussian(), random.gaussian());
   return rotation.normalized();
@@ -91,16 +87,19 @@ double angle_between(const Eigen::Vector4d& left, const Eigen::Vector4d& right) 
 
 void expect_same_shape(const Shape& left, const Shape& right) {
   ASSERT_EQ(left.index(), right.index());
-  if (const auto* sphere = std::get_if<Sphere>(&left))
+  if (const auto* sphere = std::get_if<Sphere>(&left)) {
     EXPECT_EQ(sphere->radius, std::get<Sphere>(right).radius);
-  if (const auto* box = std::get_if<Box>(&left))
+  }
+  if (const auto* box = std::get_if<Box>(&left)) {
     EXPECT_EQ(box->half_extents, std::get<Box>(right).half_extents);
+  }
   if (const auto* cylinder = std::get_if<Cylinder>(&left)) {
     EXPECT_EQ(cylinder->radius, std::get<Cylinder>(right).radius);
     EXPECT_EQ(cylinder->height, std::get<Cylinder>(right).height);
   }
-  if (const auto* revolution = std::get_if<Revolution>(&left))
+  if (const auto* revolution = std::get_if<Revolution>(&left)) {
     EXPECT_EQ(revolution->profile, std::get<Revolution>(right).profile);
+  }
   if (const auto* mesh = std::get_if<Mesh>(&left)) {
     EXPECT_EQ(mesh->positions, std::get<Mesh>(right).positions);  // representable as floats here
     EXPECT_EQ(mesh->indices, std::get<Mesh>(right).indices);
@@ -256,7 +255,9 @@ TEST(AnimationCodec, FuzzBehindAFittingChecksumIsReadOrRefusedButNeverCrashes) {
     try {
       const Animation animation = decode_animation(seal(damaged));
       for (const Body& body : animation.bodies)
-        if (body.track) ASSERT_LT(*body.track, animation.tracks.size());
+        if (body.track) {
+          ASSERT_LT(*body.track, animation.tracks.size());
+        }
       for (const ContactEvent& event : animation.events)
         for (const std::size_t body : event.bodies)
           ASSERT_LT(body, animation.bodies.size());

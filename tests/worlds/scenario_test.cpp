@@ -115,13 +115,13 @@ TEST(Scenario, MeasuresOfEqualTermsHaveUniqueNames) {
 
 TEST(Scenario, ConstraintIsTheProductOfItsTerms) {
   const auto scenario = read_scenario(R"({"world":"ball2d","constraints":[
-    {"kind":"rest_position","x":1,"sd":0.5,"tolerance":1000},{"kind":"rest_position","x":-1,"sd":2,"tolerance":0.01}]})");
+    {"kind":"rest_position","x":1,"sd":0.5,"tolerance":0.01},{"kind":"rest_position","x":-1,"sd":2,"tolerance":1000}]})");
   const auto performer = scenario->make_performer();
   const auto take = performer->perform(State::Constant(5, 0.1));
   const double x = take.score.measures[0];
   EXPECT_NEAR(take.score.log_constraint, -0.5 * std::pow((x - 1) / 0.5, 2) - 0.5 * std::pow((x + 1) / 2, 2),
               1e-12);
-  EXPECT_FALSE(take.score.satisfied) << "one of two is not";
+  EXPECT_FALSE(take.score.satisfied) << "the first of two is not";
 }
 
 TEST(Scenario, PerformedAnimationsShowTheMarkersOfTheTerms) {

@@ -114,7 +114,7 @@ class ConstantSimulator final : public Simulator {
   }
 };
 
-/// Two sets of independent States follow one distribution: presence, mean, variance and shape of every
+/// Two sets of independent States follow one distribution: presence, mean and shape of every
 /// Variable.
 void expect_same_distribution(const Model& model, const std::vector<State>& left,
                               const std::vector<State>& right) {
@@ -208,7 +208,7 @@ TEST_P(WorldContract, EqualStatesGiveEqualAnimationsWhateverRanBefore) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ThreadsWorldContract, ::testing::ValuesIn(worlds()), name_of);
+INSTANTIATE_TEST_SUITE_P(Threads, ThreadsWorldContract, ::testing::ValuesIn(worlds()), name_of);
 
 TEST_P(ThreadsWorldContract, FourThreadsGiveTheSameAnimationsAndChainsAsOne) {
   const auto scenario = examples().at(0);
@@ -262,7 +262,7 @@ TEST_P(WorldContract, PerformedAndSimulatedScoresAgreeBitForBit) {
   expect_scores_agree(100);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, SlowWorldContract, ::testing::ValuesIn(worlds()), name_of);
+INSTANTIATE_TEST_SUITE_P(Slow, SlowWorldContract, ::testing::ValuesIn(worlds()), name_of);
 TEST_P(SlowWorldContract, PerformedAndSimulatedScoresAgreeBitForBit) {
   expect_scores_agree(2000);
 }
