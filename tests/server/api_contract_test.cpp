@@ -1,4 +1,5 @@
-// The happy path of every route about worlds, scenarios and chains, held to API.md; the shapes themselves are tested.
+// The happy path of every route about worlds, scenarios and chains, held to API.md; the shapes themselves are
+// tested.
 #include <algorithm>
 #include <set>
 
@@ -26,7 +27,7 @@ TEST_F(ApiScenarios, Worlds_are_listed_and_found_by_name) {
   const Answer all = daemon.get("/v1/worlds");
   ASSERT_EQ(all.status, 200);
   ASSERT_FALSE(all.json()["worlds"].empty());
-  for (const json& world : all.json()["worlds"]) {
+  for (const json& world : elements(all.json()["worlds"])) {
     EXPECT_EQ(differences(world, "World"), "");
     const Answer one = daemon.get("/v1/worlds/" + world["name"].get<std::string>());
     EXPECT_EQ(one.status, 200);
@@ -51,7 +52,8 @@ TEST_F(ApiScenarios, A_posted_scenario_is_created_with_every_default_filled_in) 
   EXPECT_EQ(scenario["samples"], 0);
   EXPECT_EQ(scenario["chains"], json::parse(R"({"running":0,"paused":0,"finished":0,"failed":0})"));
   const json properties = daemon.get("/v1/worlds/ball2d").json()["model"]["properties"];
-  for (const auto& [name, field] : properties.items()) EXPECT_EQ(scenario["model"][name], field["default"]) << name;
+  for (const auto& [name, field] : properties.items())
+    EXPECT_EQ(scenario["model"][name], field["default"]) << name;
   EXPECT_EQ(scenario["model"].size(), properties.size());
   EXPECT_EQ(daemon.get(created.header("location")).json(), scenario);
 }
@@ -72,7 +74,7 @@ TEST_F(ApiScenarios, The_same_document_again_is_the_same_scenario) {
 }
 
 TEST_F(ApiScenarios, Every_example_of_every_world_can_be_posted_and_read_back) {
-  for (const json& world : daemon.get("/v1/worlds").json()["worlds"])
+  for (const json& world : elements(daemon.get("/v1/worlds").json()["worlds"]))
     for (const json& example : world["examples"]) {
       const Answer created = daemon.post("/v1/scenarios", example);
       EXPECT_EQ(created.status, 201) << created.body;
@@ -82,13 +84,16 @@ TEST_F(ApiScenarios, Every_example_of_every_world_can_be_posted_and_read_back) {
 
 TEST_F(ApiScenarios, The_listing_walks_over_every_scenario_once_newest_first) {
   std::vector<std::string> added;
-  for (int i = 0; i < 7; ++i) added.push_back(daemon.add_scenario(prior_document("Number " + std::to_string(i))));
+  for (int i = 0; i < 7; ++i)
+    added.push_back(daemon.add_scenario(prior_document("Number " + std::to_string(i))));
   std::vector<std::string> walked;
   std::string cursor;
   for (int pages = 0; pages < 10; ++pages) {
-    const json page = daemon.get("/v1/scenarios?limit=3" + (cursor.empty() ? "" : "&cursor=" + cursor)).json();
+    const json page =
+        daemon.get("/v1/scenarios?limit=3" + (cursor.empty() ? "" : "&cursor=" + cursor)).json();
     EXPECT_LE(page["scenarios"].size(), 3);
-    for (const json& scenario : page["scenarios"]) walked.push_back(scenario["id"]);
+    for (const json& scenario : page["scenarios"])
+      walked.push_back(scenario["id"]);
     if (!page.contains("next_cursor")) break;
     cursor = page["next_cursor"];
   }
@@ -104,14 +109,16 @@ TEST_F(ApiScenarios, Deleting_takes_everything_below_with_it) {
   const std::string sample = daemon.samples(scenario, "oldest").at(0)["id"];
   const std::string kept = daemon.add_stocked_scenario(prior_document("Another"), 5);
   EXPECT_EQ(daemon.remove("/v1/scenarios/" + scenario).status, 204);
-  for (const std::string path :
-       {"/v1/scenarios/" + scenario, "/v1/scenarios/" + scenario + "/chains", "/v1/scenarios/" + scenario + "/samples",
-        "/v1/scenarios/" + scenario + "/diagnostics", "/v1/chains/" + running, "/v1/chains/" + running + "/trace",
-        "/v1/samples/" + sample, "/v1/samples/" + sample + "/keyframes"})
+  for (const std::string& path :
+       {"/v1/scenarios/" + scenario, "/v1/scenarios/" + scenario + "/chains",
+        "/v1/scenarios/" + scenario + "/samples", "/v1/scenarios/" + scenario + "/diagnostics",
+        "/v1/chains/" + running, "/v1/chains/" + running + "/trace", "/v1/samples/" + sample,
+        "/v1/samples/" + sample + "/keyframes"})
     EXPECT_EQ(daemon.get(path).status, 404) << path;
-  for (const std::string path :
-       {"/v1/scenarios/" + scenario + "/chains", "/v1/scenarios/" + scenario + "/plays", "/v1/chains/" + running + "/pause",
-        "/v1/chains/" + running + "/resume", "/v1/chains/" + running + "/stop", "/v1/samples/" + sample + "/verify"})
+  for (const std::string& path :
+       {"/v1/scenarios/" + scenario + "/chains", "/v1/scenarios/" + scenario + "/plays",
+        "/v1/chains/" + running + "/pause", "/v1/chains/" + running + "/resume",
+        "/v1/chains/" + running + "/stop", "/v1/samples/" + sample + "/verify"})
     EXPECT_EQ(daemon.post(path).status, 404) << path;
   EXPECT_EQ(daemon.remove("/v1/scenarios/" + scenario).status, 404);
   EXPECT_EQ(daemon.get("/v1/scenarios").json()["scenarios"].size(), 1);
@@ -149,7 +156,8 @@ TEST_F(ApiChains, Chains_are_started_with_seed_and_index_and_shown_alike_everywh
   }
   const json listed = daemon.get("/v1/scenarios/" + scenario + "/chains").json()["chains"];
   ASSERT_EQ(listed.size(), 3);
-  for (const json& chain : listed) EXPECT_EQ(daemon.chain(chain["id"]), chain);
+  for (const json& chain : listed)
+    EXPECT_EQ(daemon.chain(chain["id"]), chain);
   EXPECT_EQ(daemon.get("/v1/scenarios/" + scenario).json()["chains"]["finished"], 3);
   EXPECT_EQ(daemon.get("/v1/scenarios/" + scenario).json()["samples"], 12);
 }
@@ -174,12 +182,15 @@ TEST_F(ApiChains, Each_stop_rule_ends_a_chain_and_says_so) {
   EXPECT_EQ(by_iterations["iteration"], 12345);
   EXPECT_EQ(by_iterations["ended_by"], "iterations");
   const auto by_seconds = daemon.wait_for_end(
-      daemon.add_chains(wish, json::parse(R"({"method":"metropolis","stop":{"seconds":0.05,"samples":100000}})")).at(0));
+      daemon
+          .add_chains(wish,
+                      json::parse(R"({"method":"metropolis","stop":{"seconds":0.05,"samples":100000}})"))
+          .at(0));
   EXPECT_EQ(by_seconds["ended_by"], "seconds");
   EXPECT_GE(by_seconds["run_seconds"], 0.05);
   EXPECT_GT(by_seconds["iteration"], 0);
-  const auto by_samples =
-      daemon.wait_for_end(daemon.add_chains(wish, json::parse(R"({"stop":{"samples":3,"seconds":100}})")).at(0));
+  const auto by_samples = daemon.wait_for_end(
+      daemon.add_chains(wish, json::parse(R"({"stop":{"samples":3,"seconds":100}})")).at(0));
   EXPECT_EQ(by_samples["ended_by"], "samples");
   EXPECT_EQ(by_samples["samples"], 3);
 }
@@ -189,7 +200,9 @@ TEST_F(ApiChains, Pause_resume_and_stop_do_what_they_say_any_number_of_times) {
   const std::string id = daemon.add_chains(scenario, json::object()).at(0);
   const std::string path = "/v1/chains/" + id;
   const auto ask = [&](const std::string& verb) { return daemon.post(path + "/" + verb); };
-  const auto count = [&](const char* state) { return daemon.get("/v1/scenarios/" + scenario).json()["chains"][state]; };
+  const auto count = [&](const char* state) {
+    return daemon.get("/v1/scenarios/" + scenario).json()["chains"][state];
+  };
   ASSERT_TRUE(wait_until([&] { return daemon.chain(id)["iteration"] > 0; }));
 
   for (int round = 0; round < 2; ++round) {
@@ -223,7 +236,9 @@ TEST_F(ApiChains, Pause_resume_and_stop_do_what_they_say_any_number_of_times) {
 TEST_F(ApiChains, A_trace_has_arrays_of_one_length_and_as_many_points_as_asked_for) {
   const std::string scenario = daemon.add_scenario(wish_document(1, 0.1));
   const std::string id =
-      daemon.add_chains(scenario, json::parse(R"({"method":"metropolis","seed":3,"stop":{"iterations":5000}})")).at(0);
+      daemon
+          .add_chains(scenario, json::parse(R"({"method":"metropolis","seed":3,"stop":{"iterations":5000}})"))
+          .at(0);
   ASSERT_EQ(daemon.wait_for_end(id)["state"], "finished");
   for (const std::size_t points : {1u, 2u, 10u, 1000u, 2048u}) {
     const json trace = daemon.get("/v1/chains/" + id + "/trace?points=" + std::to_string(points)).json();
@@ -232,7 +247,8 @@ TEST_F(ApiChains, A_trace_has_arrays_of_one_length_and_as_many_points_as_asked_f
     const std::size_t length = trace["iteration"].size();
     EXPECT_LE(length, points);
     EXPECT_GE(length, std::min<std::size_t>(points, 1000));
-    for (const auto& [name, values] : trace.items()) EXPECT_EQ(values.size(), length) << name;
+    for (const auto& [name, values] : trace.items())
+      EXPECT_EQ(values.size(), length) << name;
     const std::vector<int> iterations = trace["iteration"];
     EXPECT_TRUE(std::is_sorted(iterations.begin(), iterations.end()));
   }
@@ -248,7 +264,8 @@ TEST_F(ApiChains, Diagnostics_cover_every_variable_and_measure) {
   const json diagnostics = daemon.get("/v1/scenarios/" + scenario + "/diagnostics").json();
   EXPECT_EQ(differences(diagnostics, "Diagnostics"), "");
   std::set<std::string> names;
-  for (const json& quantity : diagnostics["quantities"]) names.insert(quantity["name"]);
+  for (const json& quantity : diagnostics["quantities"])
+    names.insert(quantity["name"]);
   EXPECT_EQ(names, (std::set<std::string>{"tilt_1", "tilt_2", "tilt_3", "tilt_4", "tilt_5", "x"}));
   for (const json& quantity : diagnostics["quantities"])  // independent draws: R-hat is near 1
     EXPECT_NEAR(quantity["rhat"].get<double>(), 1, 0.05) << quantity["name"];

@@ -7,8 +7,8 @@
 
 namespace retake::test {
 
-/// Types are "string", "integer", "number", "boolean", "object", "array", "time" or "null", several joined by '|';
-/// [shape] is an array whose elements all have the shape; "key?" may be absent; {"*": shape} is a map.
+/// Types are "string", "integer", "number", "boolean", "object", "array", "time" or "null", several joined by
+/// '|'; [shape] is an array whose elements all have the shape; "key?" may be absent; {"*": shape} is a map.
 inline const nlohmann::json& shapes() {
   static const nlohmann::json table = nlohmann::json::parse(R"json({
     "World": {"name": "string", "version": "integer", "summary": "string", "default_method": "string",
@@ -52,21 +52,25 @@ inline const nlohmann::json& shapes() {
 }
 
 inline bool has_type(const nlohmann::json& value, const std::string& type) {
-  if (type == "time") return value.is_string() && value.get<std::string>().size() == 24 && value.get<std::string>().back() == 'Z';
+  if (type == "time")
+    return value.is_string() && value.get<std::string>().size() == 24 &&
+           value.get<std::string>().back() == 'Z';
   if (type == "integer") return value.is_number_integer();
   if (type == "number") return value.is_number();
   return type == value.type_name();
 }
 
 /// Where a value differs from a shape, one line a place; empty if nowhere.
-inline std::string differences(const nlohmann::json& value, const nlohmann::json& shape, const std::string& at = "") {
+inline std::string differences(const nlohmann::json& value, const nlohmann::json& shape,
+                               const std::string& at = "") {
   if (shape.is_string()) {
     std::string rest = shape;
     for (std::size_t bar = rest.find('|'); bar != std::string::npos; bar = rest.find('|')) {
       if (has_type(value, rest.substr(0, bar))) return "";
       rest.erase(0, bar + 1);
     }
-    return has_type(value, rest) ? "" : at + " is not " + shape.get<std::string>() + ": " + value.dump() + "\n";
+    return has_type(value, rest) ? ""
+                                 : at + " is not " + shape.get<std::string>() + ": " + value.dump() + "\n";
   }
   std::string found;
   if (shape.is_array()) {
@@ -78,7 +82,8 @@ inline std::string differences(const nlohmann::json& value, const nlohmann::json
   if (!value.is_object()) return at + " is not an object\n";
   for (const auto& [key, inner] : shape.items()) {
     if (key == "*") {
-      for (const auto& [name, each] : value.items()) found += differences(each, inner, at + "/" + name);
+      for (const auto& [name, each] : value.items())
+        found += differences(each, inner, at + "/" + name);
       continue;
     }
     const bool is_optional = key.back() == '?';

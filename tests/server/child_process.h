@@ -23,7 +23,8 @@
 
 namespace retake::test {
 
-/// True as soon as the condition is; false if it is not within `seconds`, which is generous: cores may be busy.
+/// True as soon as the condition is; false if it is not within `seconds`, which is generous: cores may be
+/// busy.
 inline bool wait_until(const std::function<bool()>& condition, double seconds = 60) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   while (!condition()) {
@@ -136,7 +137,8 @@ class ChildProcess {
  private:
   static std::vector<char*> pointers(std::vector<std::string>& texts) {
     std::vector<char*> pointers;
-    for (std::string& text : texts) pointers.push_back(text.data());
+    for (std::string& text : texts)
+      pointers.push_back(text.data());
     pointers.push_back(nullptr);
     return pointers;
   }
@@ -144,7 +146,8 @@ class ChildProcess {
     std::vector<std::string> variables;
     for (char** each = environ; *each; ++each)
       if (!std::string(*each).starts_with("RETAKE_")) variables.emplace_back(*each);
-    for (const auto& [name, value] : more) variables.push_back(name + "=" + value);
+    for (const auto& [name, value] : more)
+      variables.push_back(name + "=" + value);
     return variables;
   }
   static bool redirect(const std::string& path, int flags, int descriptor) {

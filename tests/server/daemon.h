@@ -31,6 +31,11 @@ inline json wish_document(double x, double width, const std::string& title = "Re
   return document;
 }
 
+/// The elements of an array that may be part of a temporary.
+inline std::vector<json> elements(const json& array) {
+  return array.get<std::vector<json>>();
+}
+
 struct Answer : RawResponse {
   nlohmann::json json() const { return nlohmann::json::parse(body); }
 };
@@ -51,7 +56,8 @@ class Daemon {
   explicit Daemon(const std::filesystem::path& folder) : Daemon(folder, Options{}) {}
   Daemon(const std::filesystem::path& folder, const Options& options) {
     std::vector<std::string> arguments = options.before_command;
-    for (const std::string text : {"serve", "--listen", "127.0.0.1:0", "--store"}) arguments.push_back(text);
+    for (const char* text : {"serve", "--listen", "127.0.0.1:0", "--store"})
+      arguments.push_back(text);
     arguments.push_back((folder / options.store).string());
     arguments.insert(arguments.end(), options.flags.begin(), options.flags.end());
     process_ = std::make_unique<ChildProcess>(
@@ -72,16 +78,18 @@ class Daemon {
   void kill() { process_->kill(); }
 
   /// Asks on a connection of its own. `body` without a value: none is sent.
-  Answer ask(const std::string& method, const std::string& target, const std::optional<std::string>& body = {},
-             const Fields& fields = {}) const {
+  Answer ask(const std::string& method, const std::string& target,
+             const std::optional<std::string>& body = {}, const Fields& fields = {}) const {
     Fields sent = {{"Host", "127.0.0.1:" + std::to_string(port_)}, {"Connection", "close"}};
     if (body) {
       sent["Content-Type"] = "application/json";
       sent["Content-Length"] = std::to_string(body->size());
     }
-    for (const auto& [name, value] : fields) sent[name] = value;
+    for (const auto& [name, value] : fields)
+      sent[name] = value;
     std::string text = method + " " + target + " HTTP/1.1\r\n";
-    for (const auto& [name, value] : sent) text += name + ": " + value + "\r\n";
+    for (const auto& [name, value] : sent)
+      text += name + ": " + value + "\r\n";
     RawClient client(port_);
     client.send(text + "\r\n" + body.value_or(""), 60);
     return Answer{client.read(60, method != "HEAD")};
@@ -105,7 +113,8 @@ class Daemon {
     const Answer answer = post("/v1/scenarios/" + scenario + "/chains", request);
     if (answer.status != 201) throw std::runtime_error(answer.body);
     std::vector<std::string> ids;
-    for (const json& chain : answer.json().at("chains")) ids.push_back(chain.at("id"));
+    for (const json& chain : elements(answer.json().at("chains")))
+      ids.push_back(chain.at("id"));
     return ids;
   }
   json chain(const std::string& id) const { return get("/v1/chains/" + id).json(); }
@@ -133,11 +142,13 @@ class Daemon {
     std::vector<json> all;
     std::string cursor;
     do {
-      const Answer answer = get("/v1/scenarios/" + scenario + "/samples?order=" + order + "&limit=" +
-                                std::to_string(limit) + (cursor.empty() ? "" : "&cursor=" + cursor));
+      const Answer answer =
+          get("/v1/scenarios/" + scenario + "/samples?order=" + order + "&limit=" + std::to_string(limit) +
+              (cursor.empty() ? "" : "&cursor=" + cursor));
       if (answer.status != 200) throw std::runtime_error(answer.body);
       const json page = answer.json();
-      for (const json& sample : page.at("samples")) all.push_back(sample);
+      for (const json& sample : page.at("samples"))
+        all.push_back(sample);
       EXPECT_LE(page.at("samples").size(), static_cast<std::size_t>(limit));
       cursor = page.value("next_cursor", "");
     } while (!cursor.empty());
@@ -149,7 +160,8 @@ class Daemon {
     const std::string text = process_->out();
     const std::string before = "Retake is at http://127.0.0.1:";
     const std::size_t place = text.find(before);
-    if (place == std::string::npos || text.find("/\n", place + before.size()) == std::string::npos) return false;
+    if (place == std::string::npos || text.find("/\n", place + before.size()) == std::string::npos)
+      return false;
     port_ = std::stoi(text.substr(place + before.size()));
     return true;
   }

@@ -1,0 +1,173 @@
+// A seed decides everything: thread counts, pauses, kills and the program that runs a chain change nothing.
+// DESIGN section 3, "Randomness".
+#include <map>
+#include <random>
+#include <sstream>
+
+#include "tests/server/daemon.h"
+
+namespace retake {
+namespace {
+
+using namespace test;
+
+/// What a chain found: iteration -> weight and digest.
+using Found = std::map<std::uint64_t, std::pair<std::uint64_t, std::string>>;
+
+Found found_by(const Daemon& daemon, const std::string& scenario, const std::string& chain) {
+  Found found;
+  for (const json& sample : daemon.samples(scenario)) {
+    if (sample.at("chain") != chain) continue;
+    const std::pair<std::uint64_t, std::string> rest(sample.at("weight"), sample.at("digest"));
+    EXPECT_TRUE(found.emplace(sample.at("iteration").get<std::uint64_t>(), rest).second);
+  }
+  return found;
+}
+
+struct Walk {
+  const char* name;
+  json scenario;
+  json chain;
+};
+
+/// Chains that take a second or more, and find some hundred samples.
+std::vector<Walk> walks() {
+  return {{"metropolis", wish_document(1, 0.0005),
+           json::parse(R"({"seed":11,"method":"metropolis","stop":{"iterations":2500000}})")},
+          {"rejection", wish_document(1, 0.002),
+           json::parse(R"({"seed":12,"method":"rejection","stop":{"iterations":2500000}})")}};
+}
+
+/// Runs a walk on a daemon of its own, nothing disturbing it.
+Found undisturbed(const Walk& walk, const std::string& threads = "2") {
+  TemporaryFolder folder;
+  const Daemon daemon(folder.path(), {.flags = {"--no-examples", "--threads", threads}});
+  const std::string scenario = daemon.add_scenario(walk.scenario);
+  const std::string chain = daemon.add_chains(scenario, walk.chain).at(0);
+  const json ended = daemon.wait_for_end(chain);
+  EXPECT_EQ(ended["ended_by"], "iterations");
+  Found found = found_by(daemon, scenario, chain);
+  EXPECT_EQ(found.size(), ended["samples"]);
+  EXPECT_GT(found.size(), 50) << "too few to tell chains apart";
+  return found;
+}
+
+class Determinism : public ::testing::TestWithParam<std::size_t> {
+ protected:
+  const Walk walk = walks()[GetParam()];
+};
+INSTANTIATE_TEST_SUITE_P(Methods, Determinism, ::testing::Range<std::size_t>(0, 2),
+                         [](const auto& parameter) { return std::string(walks()[parameter.param].name); });
+
+TEST_P(Determinism, The_number_of_threads_and_of_other_chains_changes_nothing) {
+  const Found alone = undisturbed(walk, "1");
+  TemporaryFolder folder;
+  const Daemon daemon(folder.path());
+  const std::string scenario = daemon.add_scenario(walk.scenario);
+  json request = walk.chain;
+  request["count"] = 3;
+  const auto chains = daemon.add_chains(scenario, request);
+  daemon.add_chains(daemon.add_scenario(wish_document(0, 0.0001)), {{"count", 2}});
+  for (const std::string& chain : chains)
+    ASSERT_EQ(daemon.wait_for_end(chain)["state"], "finished");
+  EXPECT_EQ(found_by(daemon, scenario, chains[0]), alone);
+  EXPECT_NE(found_by(daemon, scenario, chains[1]), alone) << "another index is another chain";
+}
+
+TEST_P(Determinism, Pausing_at_random_moments_changes_nothing) {
+  TemporaryFolder folder;
+  const Daemon daemon(folder.path());
+  const std::string scenario = daemon.add_scenario(walk.scenario);
+  const std::string chain = daemon.add_chains(scenario, walk.chain).at(0);
+  std::mt19937 random(1);
+  int pauses = 0;
+  for (; pauses < 100; ++pauses) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 40));
+    const Answer paused = daemon.post("/v1/chains/" + chain + "/pause");
+    if (paused.status == 409) break;  // it has finished
+    ASSERT_EQ(paused.json()["state"], "paused");
+    ASSERT_EQ(daemon.post("/v1/chains/" + chain + "/resume").json()["state"], "running");
+  }
+  EXPECT_GE(pauses, 3);
+  ASSERT_EQ(daemon.wait_for_end(chain)["state"], "finished");
+  EXPECT_EQ(found_by(daemon, scenario, chain), undisturbed(walk));
+}
+
+TEST_P(Determinism, A_daemon_killed_at_random_moments_loses_nothing_and_adds_nothing) {
+  TemporaryFolder folder;
+  std::string scenario, chain;
+  std::mt19937 random(2);
+  constexpr int kKills = 20;
+  std::uint64_t before = 0;
+  int kills_while_running = 0;
+  for (int kill = 0; kill <= kKills; ++kill) {
+    Daemon daemon(folder.path());
+    if (kill == 0) {
+      scenario = daemon.add_scenario(walk.scenario);
+      chain = daemon.add_chains(scenario, walk.chain).at(0);
+    }
+    const json now = daemon.chain(chain);
+    EXPECT_GE(now["iteration"], before) << "what was acknowledged is lost";
+    before = now["iteration"];
+    if (kill == kKills) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 150));
+    kills_while_running += daemon.chain(chain)["state"] == "running";
+    daemon.kill();
+    const Ended check =
+        run_program(folder.path(), {.arguments = {"check", "--store", (folder / "retake.db").string()}});
+    ASSERT_EQ(check.exit_code, 0) << check.out << check.err;
+  }
+  EXPECT_GE(kills_while_running, 3);
+  const Daemon daemon(folder.path());
+  EXPECT_EQ(daemon.wait_for_end(chain)["ended_by"], "iterations");
+  EXPECT_EQ(found_by(daemon, scenario, chain), undisturbed(walk));
+  const Ended verify =
+      run_program(folder.path(), {.arguments = {"verify", "--store", (folder / "retake.db").string()}});
+  EXPECT_EQ(verify.exit_code, 0) << verify.out << verify.err;
+}
+
+TEST_P(Determinism, A_drained_daemon_goes_on_where_it_was) {
+  TemporaryFolder folder;
+  std::string scenario, chain;
+  for (int start = 0; start < 4; ++start) {
+    Daemon daemon(folder.path());
+    if (start == 0) {
+      scenario = daemon.add_scenario(walk.scenario);
+      chain = daemon.add_chains(scenario, walk.chain).at(0);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    EXPECT_EQ(daemon.terminate(), 0) << daemon.process().err();
+  }
+  const Daemon daemon(folder.path());
+  EXPECT_EQ(daemon.wait_for_end(chain)["ended_by"], "iterations");
+  EXPECT_EQ(found_by(daemon, scenario, chain), undisturbed(walk));
+}
+
+TEST_P(Determinism, The_command_line_finds_the_same_samples_as_the_daemon) {
+  TemporaryFolder folder;
+  const Daemon daemon(folder.path());
+  const std::string scenario = daemon.add_scenario(walk.scenario);
+  const auto chains = daemon.add_chains(
+      scenario, {{"count", 2}, {"seed", 5}, {"method", walk.chain["method"]}, {"stop", {{"samples", 60}}}});
+  write_text(folder / "scenario.json", walk.scenario.dump());
+  for (std::size_t index = 0; index < 2; ++index) {
+    ASSERT_EQ(daemon.wait_for_end(chains[index])["samples"], 60);
+    std::map<std::uint64_t, std::string> of_daemon, of_command;
+    for (const auto& [iteration, rest] : found_by(daemon, scenario, chains[index]))
+      of_daemon[iteration] = rest.second;
+    const Ended ended = run_program(
+        folder.path(),
+        {.arguments = {"sample", "scenario.json", "--json", "--seed", "5", "--count", "60", "--index",
+                       std::to_string(index), "--method", walk.chain["method"].get<std::string>()}});
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    std::istringstream lines(ended.out);
+    for (std::string line; std::getline(lines, line);)
+      if (const json each = json::parse(line); each.contains("digest"))
+        of_command[each["iteration"].get<std::uint64_t>()] = each["digest"];
+    EXPECT_EQ(of_command, of_daemon) << "index " << index;
+    EXPECT_EQ(of_command.size(), 60);
+  }
+}
+
+}  // namespace
+}  // namespace retake
