@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <map>
 #include <random>
 #include <thread>
 
@@ -57,25 +58,21 @@ class ThreadsRunner : public ::testing::Test {
   const json rare = wish_document(1, 1e-6);
 };
 
-TEST_F(ThreadsRunner, Many_chains_on_few_threads_all_advance_about_equally) {
+TEST_F(ThreadsRunner, Many_chains_on_few_threads_advance_again_and_again_and_none_is_left_behind) {
   const auto parts = open(2);
   const auto records = chains(add_scenario(*parts, rare), 24);
   parts->runner.add(records);
   EXPECT_EQ(parts->runner.counters().live_chains, 24);
-  ASSERT_TRUE(wait_until([&] {
-    return std::all_of(records.begin(), records.end(), [&](const ChainRecord& each) {
-      return parts->runner.chain(each.id)->counters.run_seconds > 0.1;
-    });
-  }));
-  // Each had its five slices; in turn, none had many more.
-  double least = 1e9, most = 0;
-  parts->runner.drain();
-  for (const ChainRecord& each : records) {
-    const double seconds = parts->store.chain(each.id)->counters.run_seconds;
-    least = std::min(least, seconds);
-    most = std::max(most, seconds);
+  std::map<std::string, std::uint64_t> seen;
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(wait_until([&] {
+      return std::all_of(records.begin(), records.end(),
+                         [&](const ChainRecord& each) { return iteration(*parts, each.id) > seen[each.id]; });
+    })) << "round "
+        << round;
+    for (const ChainRecord& each : records)
+      seen[each.id] = iteration(*parts, each.id);
   }
-  EXPECT_LT(most, 5 * least);
 }
 
 TEST_F(ThreadsRunner, Draining_keeps_chains_running_in_the_store_and_the_next_runner_takes_them_up) {

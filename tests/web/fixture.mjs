@@ -1,4 +1,5 @@
 // What every test of the page needs: the program with a store of its own, a browser, and a page that is watched.
+import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { mkdir, mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -101,8 +102,19 @@ export async function arrived(page, wanted) {
   }, Object.entries(wanted));
 }
 
+/** Waits until an element's part of the canvas shows more than `least` different colours. */
+export async function shows(page, selector, least) {
+  const end = Date.now() + PATIENCE;
+  let colors = await colorsOf(page, selector);
+  while (colors <= least && Date.now() < end) {
+    await new Promise((resolve) => setTimeout(resolve, 50));
+    colors = await colorsOf(page, selector);
+  }
+  assert.ok(colors > least, `${selector} shows ${colors} colours`);
+}
+
 /** How many different colours an element's part of the canvas shows. */
-export function colorsOf(page, selector) {
+function colorsOf(page, selector) {
   return page.evaluate((of) => {
     const canvas = document.querySelector("canvas.stage");
     const origin = canvas.getBoundingClientRect();

@@ -1,7 +1,7 @@
 // The gallery: it opens with an example, fills by itself, shows pictures, keeps its order in the address.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { api, arrived, colorsOf, drawnTiles, json, newPage, startBrowser, startProgram } from "./fixture.mjs";
+import { api, arrived, drawnTiles, json, newPage, shows, startBrowser, startProgram } from "./fixture.mjs";
 
 let program, browser;
 before(async () => {
@@ -22,7 +22,7 @@ test("an example is there and its tiles come by themselves, drawn and moving", a
   assert.equal(await page.locator("#scenario h1").textContent(), scenarios[0].title);
   await drawnTiles(page, 6);
   await page.waitForFunction(() => document.getElementById("connection").dataset.state === "live");
-  assert.ok((await colorsOf(page, ".tile:nth-child(1) .shot")) > 40, "a picture has many colours");
+  await shows(page, ".tile:nth-child(1) .shot", 40);
   const pixels = () => page.evaluate(() => document.querySelector("canvas.stage").toDataURL());
   const first = await pixels();
   await page.waitForFunction((was) => document.querySelector("canvas.stage").toDataURL() !== was, first);

@@ -1,7 +1,7 @@
 // Light and dark, wide and narrow, with and without 3D graphics, with and without a server.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { arrived, colorsOf, drawnTiles, newPage, picture, query, startBrowser, startProgram } from "./fixture.mjs";
+import { arrived, drawnTiles, newPage, picture, query, shows, startBrowser, startProgram } from "./fixture.mjs";
 
 let program, browser;
 before(async () => {
@@ -55,7 +55,7 @@ test("at 390 pixels nothing sticks out and everything is reachable", async () =>
   await page.locator(".player .picture.drawn").waitFor();
   await page.waitForFunction(() => document.querySelector(".scrub").valueAsNumber > 0.5);
   for (const name of ["Pause", /Close/]) assert.ok(await page.getByRole("button", { name }).isVisible());
-  assert.ok((await colorsOf(page, ".picture")) > 60);
+  await shows(page, ".picture", 60);
   await picture(page, "animation-narrow");
   await page.getByRole("button", { name: /Close/ }).tap();
   await arrived(page, { sample: null });

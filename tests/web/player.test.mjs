@@ -1,7 +1,7 @@
 // The large view: it plays, pauses, scrubs, and comes back from its address as it was.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { api, arrived, colorsOf, drawnTiles, newPage, picture, query, startBrowser, startProgram } from "./fixture.mjs";
+import { api, arrived, drawnTiles, newPage, picture, query, shows, startBrowser, startProgram } from "./fixture.mjs";
 
 let program, browser;
 before(async () => {
@@ -28,7 +28,7 @@ test("it plays, pauses, steps by frames, scrubs, and survives a reload", async (
   const { page, faults, close } = await newPage(browser);
   await openFirst(page);
   await passes(page, 0.2);
-  assert.ok((await colorsOf(page, ".picture")) > 60, "the large picture has many colours");
+  await shows(page, ".picture", 60);
 
   await page.keyboard.press(" ");
   await page.getByRole("button", { name: "Play", exact: true }).waitFor();
@@ -105,7 +105,7 @@ test("every shape of the contract is drawn, and one that is not in it is named",
   await page.route("**/keyframes*", async (route) => route.fulfill({ json: everyShape() }));
   await openFirst(page);
   await passes(page, 0.2);
-  assert.ok((await colorsOf(page, ".picture")) > 150);
+  await shows(page, ".picture", 150);
   await page.locator(".facts-panel .note", { hasText: "“torus” (ring)" }).waitFor();
   assert.equal(await page.locator(".facts-panel .note").count(), 1);
   await picture(page, "every-shape");
@@ -155,7 +155,7 @@ test("keys open and close it, the back button leaves it, neighbours are one key 
   await page.goBack();
   await arrived(page, { sample: null });
   await page.locator(".player").waitFor({ state: "hidden" });
-  assert.ok((await colorsOf(page, ".tile:nth-child(1) .shot")) > 40, "the tiles are drawn again");
+  await shows(page, ".tile:nth-child(1) .shot", 40);
   await page.goForward();
   await page.locator(".player .picture.drawn").waitFor();
   await page.keyboard.press("Escape");
