@@ -1,12 +1,11 @@
 // The speed of ball2d's chains, bare and behind the Runner and the Store, in alternating rounds of one run.
 // Prints one JSON object a line for scripts/bench. Usage: bench_chain [seconds a round] [rounds]
-#include <sys/resource.h>
-
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <sys/resource.h>
 #include <thread>
 #include <vector>
 
@@ -23,8 +22,9 @@ using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
 std::shared_ptr<const Scenario> ball(double sd) {
-  return Scenario::read({{"world", "ball2d"},
-                         {"constraints", {{{"kind", "rest_position"}, {"x", 1.0}, {"sd", sd}, {"tolerance", sd}}}}});
+  return Scenario::read(
+      {{"world", "ball2d"},
+       {"constraints", {{{"kind", "rest_position"}, {"x", 1.0}, {"sd", sd}, {"tolerance", sd}}}}});
 }
 
 /// Iterations of a bare chain in about `seconds`, and the time they took.
@@ -39,7 +39,8 @@ void run_bare(Chain& chain, Scenario::Performer& performer, double seconds, Rate
   const std::uint64_t before = chain.counts().iteration;
   Seconds elapsed{0};
   while (elapsed.count() < seconds) {
-    for (int i = 0; i < 10'000; ++i) chain.step(performer);
+    for (int i = 0; i < 10'000; ++i)
+      chain.step(performer);
     elapsed = Clock::now() - begin;
   }
   rate.iterations += static_cast<double>(chain.counts().iteration - before);
@@ -64,7 +65,8 @@ void bench_bare(double seconds) {
 
 /// One chain thread, one stored sample in about 1,000 iterations; bare and served in turn.
 void bench_server_path(double seconds, int rounds) {
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("retake-bench-" + random_identifier());
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("retake-bench-" + random_identifier());
   std::filesystem::create_directories(folder);
   {
     const auto scenario = ball(0.0125);
@@ -108,13 +110,15 @@ void bench_recording() {
   const auto scenario = ball(0.1);
   const auto performer = scenario->make_performer();
   Chain chain(scenario->target(Ratios::exact), {.seed = 3, .index = 0, .method = Method::rejection});
-  while (!chain.stay().is_sample) chain.step(*performer);
+  while (!chain.stay().is_sample)
+    chain.step(*performer);
   constexpr int kRepeats = 2000;
   double bytes = 0;
   const Clock::time_point begin = Clock::now();
   for (int i = 0; i < kRepeats; ++i)
     bytes += static_cast<double>(encode_animation(performer->perform(chain.stay().state).animation).size());
-  print("record and encode one animation", Seconds(Clock::now() - begin).count() / kRepeats * 1e6, "microseconds");
+  print("record and encode one animation", Seconds(Clock::now() - begin).count() / kRepeats * 1e6,
+        "microseconds");
   print("bytes of one recorded animation", bytes / kRepeats, "bytes");
 }
 

@@ -1,5 +1,5 @@
-// ByteWriter and ByteReader: numbers to bytes and back, little-endian, for checkpoints and recorded animations.
-// It must not know what the numbers mean.
+// ByteWriter and ByteReader: numbers to bytes and back, little-endian, for checkpoints and recorded
+// animations. It must not know what the numbers mean.
 #pragma once
 
 #include <bit>
@@ -38,7 +38,8 @@ class ByteWriter {
     }
     char digits[10];
     std::size_t count = 0;
-    for (; rest >= 0x80; rest >>= 7) digits[count++] = static_cast<char>(rest | 0x80);
+    for (; rest >= 0x80; rest >>= 7)
+      digits[count++] = static_cast<char>(rest | 0x80);
     digits[count++] = static_cast<char>(rest);
     bytes_.append(digits, count);
   }
@@ -74,7 +75,8 @@ class ByteReader {
     for (unsigned shift = 0; shift < 64; shift += 7) {
       const auto byte = static_cast<unsigned char>(take(1)[0]);
       value |= static_cast<std::uint64_t>(byte & 0x7f) << shift;
-      if ((byte & 0x80) == 0) return static_cast<std::int64_t>(value >> 1) ^ -static_cast<std::int64_t>(value & 1);
+      if ((byte & 0x80) == 0)
+        return static_cast<std::int64_t>(value >> 1) ^ -static_cast<std::int64_t>(value & 1);
     }
     throw std::out_of_range("a number has too many bytes");
   }

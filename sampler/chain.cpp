@@ -27,8 +27,10 @@ bool identical(const State& left, const State& right) {
 
 std::string_view to_string(Method method) {
   switch (method) {
-    case Method::metropolis: return "metropolis";
-    case Method::rejection: return "rejection";
+    case Method::metropolis:
+      return "metropolis";
+    case Method::rejection:
+      return "rejection";
   }
   return "";
 }
@@ -39,7 +41,9 @@ std::optional<Method> method_from(std::string_view name) {
   return std::nullopt;
 }
 
-std::string_view to_string(Ratios ratios) { return ratios == Ratios::exact ? "exact" : "paper"; }
+std::string_view to_string(Ratios ratios) {
+  return ratios == Ratios::exact ? "exact" : "paper";
+}
 
 std::optional<Ratios> ratios_from(std::string_view name) {
   for (const Ratios ratios : {Ratios::exact, Ratios::paper})
@@ -55,8 +59,11 @@ Chain::Chain(std::shared_ptr<const Target> target, const ChainSettings& settings
 }
 
 RandomStream Chain::random(Purpose purpose) const {
-  return RandomStream(
-      {.seed = settings_.seed, .chain = settings_.index, .replica = 0, .purpose = purpose, .iteration = counts_.iteration});
+  return RandomStream({.seed = settings_.seed,
+                       .chain = settings_.index,
+                       .replica = 0,
+                       .purpose = purpose,
+                       .iteration = counts_.iteration});
 }
 
 bool Chain::step(Simulator& simulator) {
@@ -71,7 +78,8 @@ void Chain::start(Simulator& simulator) {
   RandomStream draws = random(Purpose::initial);
   stay_.log_prior = kNothing;
   for (int tries = 0; stay_.log_prior == kNothing; ++tries) {
-    if (tries == kMostInitialDraws) throw std::runtime_error("no draw from the prior lies within its support");
+    if (tries == kMostInitialDraws)
+      throw std::runtime_error("no draw from the prior lies within its support");
     target_->model->draw(draws, stay_.state);
     stay_.log_prior = target_->model->log_prior(stay_.state);
   }
@@ -102,7 +110,8 @@ bool Chain::step_metropolis(Simulator& simulator) {
     return false;
   }
 
-  // What the candidate's log_constraint has to exceed, strictly, to be accepted; u is drawn before simulating.
+  // What the candidate's log_constraint has to exceed, strictly, to be accepted; u is drawn before
+  // simulating.
   candidate_log_prior_ = target_->model->log_prior(candidate_);
   const double log_u = std::log(random(Purpose::acceptance).uniform());
   const double needed =
@@ -111,7 +120,8 @@ bool Chain::step_metropolis(Simulator& simulator) {
           : stay_.score.log_constraint + (log_u - (candidate_log_prior_ - stay_.log_prior) - log_hastings);
   CHECK(!std::isnan(needed), candidate_log_prior_, log_hastings, stay_.score.log_constraint);
 
-  // Simulate, unless the answer is known already: outside the support, or log_constraint <= 0 cannot reach it.
+  // Simulate, unless the answer is known already: outside the support, or log_constraint <= 0 cannot reach
+  // it.
   const bool hopeless = needed >= 0;
   const bool simulate = settings_.early_rejection ? !hopeless : candidate_log_prior_ != kNothing;
   if (!simulate || !simulate_candidate(simulator, settings_.early_rejection ? needed : kNothing) ||
@@ -157,8 +167,8 @@ bool Chain::simulate_candidate(Simulator& simulator, double needed) {
     if (settings_.method == Method::metropolis) candidate_run_ = simulator.make_run();
     resumes_ = candidate_run_ != nullptr;
   }
-  SimulationRequest request{.needed = needed, .current_state = nullptr, .current_run = nullptr,
-                            .record = candidate_run_.get()};
+  SimulationRequest request{
+      .needed = needed, .current_state = nullptr, .current_run = nullptr, .record = candidate_run_.get()};
   if (stay_run_) {
     request.current_state = &stay_.state;
     request.current_run = stay_run_.get();
@@ -183,7 +193,8 @@ void Chain::move_to_candidate() {
 }
 
 // --- Checkpoint -------------------------------------------------------------------------------
-// version, seed, index, method; counts; the stay. All draws are addressed by the iteration, so there is nothing else.
+// version, seed, index, method; counts; the stay. All draws are addressed by the iteration, so there is
+// nothing else.
 
 std::string Chain::checkpoint() const {
   ByteWriter out;

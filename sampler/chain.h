@@ -47,18 +47,19 @@ struct KernelCounter {
 struct ChainCounts {
   std::uint64_t iteration = 0;
   std::uint64_t accepted = 0;
-  std::uint64_t samples = 0;      ///< States moved to whose animation is satisfied
+  std::uint64_t samples = 0;  ///< States moved to whose animation is satisfied
   std::uint64_t simulations = 0;
   std::uint64_t failed_simulations = 0;
-  double simulated_seconds = 0;   ///< [s] of the world's time
-  double skipped_seconds = 0;     ///< [s] of the world's time that did not have to be stepped
+  double simulated_seconds = 0;        ///< [s] of the world's time
+  double skipped_seconds = 0;          ///< [s] of the world's time that did not have to be stepped
   std::vector<KernelCounter> kernels;  ///< in the order of the kernel table; one row for rejection
 };
 
 /// Where a chain stands and since when. With rejection: the draw that was kept last.
 struct Stay {
-  std::uint64_t iteration = 0;  ///< the iteration that moved here; 0: the initial State, which is never a sample
-  std::uint64_t weight = 1;     ///< iterations for which the chain has stayed; always 1 with rejection
+  std::uint64_t iteration =
+      0;                     ///< the iteration that moved here; 0: the initial State, which is never a sample
+  std::uint64_t weight = 1;  ///< iterations for which the chain has stayed; always 1 with rejection
   bool is_sample = false;
   State state;
   double log_prior = 0;
@@ -67,8 +68,8 @@ struct Stay {
 
 /// Contract: after the same number of steps two chains with equal target and settings are equal bit for bit,
 /// whatever threads, simulators, pauses or checkpoints lie between. (Of the counters, simulated_seconds and
-/// skipped_seconds tell what was really stepped: a chain that comes from a checkpoint has no Run to resume from at first.)
-/// Thread safety: one thread at a time, not always the same.
+/// skipped_seconds tell what was really stepped: a chain that comes from a checkpoint has no Run to resume
+/// from at first.) Thread safety: one thread at a time, not always the same.
 class Chain {
  public:
   Chain(std::shared_ptr<const Target> target, const ChainSettings& settings);
@@ -76,8 +77,8 @@ class Chain {
   /// Throws: std::runtime_error if the bytes are not such a checkpoint.
   Chain(std::shared_ptr<const Target> target, const ChainSettings& settings, std::string_view checkpoint);
 
-  /// One iteration. True if the chain moved to a new State (an accepted candidate equal to the current State is no
-  /// move, and costs no simulation). The first step of a new chain also simulates the initial State.
+  /// One iteration. True if the chain moved to a new State (an accepted candidate equal to the current State
+  /// is no move, and costs no simulation). The first step of a new chain also simulates the initial State.
   /// Throws: std::runtime_error if the prior never draws a State within its support.
   bool step(Simulator& simulator);
 

@@ -17,7 +17,8 @@ struct CheckContext {
 };
 CheckContext& check_context();
 
-[[noreturn]] void check_failed(std::string_view condition, std::string_view file, int line, const std::string& values);
+[[noreturn]] void check_failed(std::string_view condition, std::string_view file, int line,
+                               const std::string& values);
 
 template <typename... Values>
 std::string check_values(const Values&... values) {
@@ -29,8 +30,8 @@ std::string check_values(const Values&... values) {
 }  // namespace retake
 
 /// CHECK(condition, values...): aborts with the condition, its place and the values unless it holds.
-#define CHECK(condition, ...)                                                                          \
-  do {                                                                                                 \
-    if (!(condition)) [[unlikely]]                                                                     \
-      ::retake::check_failed(#condition, __FILE__, __LINE__, ::retake::check_values(__VA_ARGS__));     \
+#define CHECK(condition, ...)                                                                      \
+  do {                                                                                             \
+    if (!(condition)) [[unlikely]]                                                                 \
+      ::retake::check_failed(#condition, __FILE__, __LINE__, ::retake::check_values(__VA_ARGS__)); \
   } while (false)

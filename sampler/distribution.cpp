@@ -24,13 +24,18 @@ Distribution Distribution::on_off(double probability) {
   return {Kind::on_off, probability, 0, std::log(probability), std::log1p(-probability)};
 }
 
-double Distribution::mean() const { return kind_ == Kind::uniform ? 0.5 * (first_ + second_) : first_; }
+double Distribution::mean() const {
+  return kind_ == Kind::uniform ? 0.5 * (first_ + second_) : first_;
+}
 
 double Distribution::standard_deviation() const {
   switch (kind_) {
-    case Kind::uniform: return (second_ - first_) / std::sqrt(12.0);
-    case Kind::gaussian: return second_;
-    case Kind::on_off: return std::sqrt(first_ * (1 - first_));
+    case Kind::uniform:
+      return (second_ - first_) / std::sqrt(12.0);
+    case Kind::gaussian:
+      return second_;
+    case Kind::on_off:
+      return std::sqrt(first_ * (1 - first_));
   }
   return 0;
 }

@@ -6,7 +6,8 @@
 
 namespace retake {
 
-/// Uniform on [low, high], Gaussian with mean and standard deviation, or a Switch that is 1 with a probability, else 0.
+/// Uniform on [low, high], Gaussian with mean and standard deviation, or a Switch that is 1 with a
+/// probability, else 0.
 class Distribution {
  public:
   enum class Kind { uniform, gaussian, on_off };
@@ -19,16 +20,19 @@ class Distribution {
   static Distribution on_off(double probability);
 
   Kind kind() const { return kind_; }
-  double low() const { return first_; }                  ///< of a uniform
-  double high() const { return second_; }                ///< of a uniform
+  double low() const { return first_; }    ///< of a uniform
+  double high() const { return second_; }  ///< of a uniform
   double mean() const;
   double standard_deviation() const;
 
   double draw(RandomStream& random) const {
     switch (kind_) {
-      case Kind::uniform: return first_ + (second_ - first_) * random.uniform();
-      case Kind::gaussian: return first_ + second_ * random.gaussian();
-      case Kind::on_off: return random.bernoulli(first_) ? 1.0 : 0.0;
+      case Kind::uniform:
+        return first_ + (second_ - first_) * random.uniform();
+      case Kind::gaussian:
+        return first_ + second_ * random.gaussian();
+      case Kind::on_off:
+        return random.bernoulli(first_) ? 1.0 : 0.0;
     }
     return 0;
   }
@@ -36,12 +40,14 @@ class Distribution {
   /// Normalised; minus infinity outside the support.
   double log_density(double value) const {
     switch (kind_) {
-      case Kind::uniform: return value >= first_ && value <= second_ ? log_scale_ : kImpossible;
+      case Kind::uniform:
+        return value >= first_ && value <= second_ ? log_scale_ : kImpossible;
       case Kind::gaussian: {
         const double z = (value - first_) / second_;
         return log_scale_ - 0.5 * z * z;
       }
-      case Kind::on_off: return value == 1 ? log_scale_ : value == 0 ? log_off_ : kImpossible;
+      case Kind::on_off:
+        return value == 1 ? log_scale_ : value == 0 ? log_off_ : kImpossible;
     }
     return kImpossible;
   }

@@ -11,8 +11,12 @@
 namespace retake {
 namespace {
 
-double& at(State& state, std::size_t variable) { return state[static_cast<Eigen::Index>(variable)]; }
-double at(const State& state, std::size_t variable) { return state[static_cast<Eigen::Index>(variable)]; }
+double& at(State& state, std::size_t variable) {
+  return state[static_cast<Eigen::Index>(variable)];
+}
+double at(const State& state, std::size_t variable) {
+  return state[static_cast<Eigen::Index>(variable)];
+}
 
 double log_density(const Model& model, const State& state, std::size_t variable) {
   return model.variables()[variable].prior.log_density(at(state, variable));
@@ -32,7 +36,8 @@ Redraw::Redraw(const Model& model, std::vector<std::size_t> block, Ratios ratios
     in_block[variable] = true;
   }
   for (const std::size_t variable : block_)
-    for (const std::size_t governed : model.governed_by(variable)) CHECK(in_block[governed], governed);
+    for (const std::size_t governed : model.governed_by(variable))
+      CHECK(in_block[governed], governed);
 }
 
 Redraw Redraw::all(const Model& model, Ratios ratios) {
@@ -41,7 +46,8 @@ Redraw Redraw::all(const Model& model, Ratios ratios) {
   return Redraw(model, std::move(block), ratios);
 }
 
-double Redraw::propose(const Model& model, const State& current, State& candidate, RandomStream& random) const {
+double Redraw::propose(const Model& model, const State& current, State& candidate,
+                       RandomStream& random) const {
   double log_forward = 0, log_backward = 0;
   for (const std::size_t variable : block_) {
     if (model.is_present(current, variable)) log_backward += log_density(model, current, variable);
@@ -66,7 +72,8 @@ Perturb::Perturb(std::vector<Group> groups) : groups_(std::move(groups)) {
   }
 }
 
-double Perturb::propose(const Model& model, const State& current, State& candidate, RandomStream& random) const {
+double Perturb::propose(const Model& model, const State& current, State& candidate,
+                        RandomStream& random) const {
   for (const Group& group : groups_) {
     if (group.probability < 1 && !random.bernoulli(group.probability)) continue;
     std::array<double, 3> direction{1, 1, 1};
@@ -83,9 +90,15 @@ double Perturb::propose(const Model& model, const State& current, State& candida
       const std::size_t variable = group.variables[i];
       double step = 0;
       switch (group.shape) {
-        case Shape::uniform: step = group.size * (2 * random.uniform() - 1); break;
-        case Shape::gaussian: step = group.size * random.gaussian(); break;
-        case Shape::radial: step = distance * direction[i]; break;
+        case Shape::uniform:
+          step = group.size * (2 * random.uniform() - 1);
+          break;
+        case Shape::gaussian:
+          step = group.size * random.gaussian();
+          break;
+        case Shape::radial:
+          step = distance * direction[i];
+          break;
       }
       if (model.is_present(current, variable))
         at(candidate, variable) = model.variables()[variable].prior.wrap(at(current, variable) + step);
@@ -105,7 +118,8 @@ Toggle::Toggle(const Model& model, std::vector<std::size_t> switches, double pro
   }
 }
 
-double Toggle::propose(const Model& model, const State& current, State& candidate, RandomStream& random) const {
+double Toggle::propose(const Model& model, const State& current, State& candidate,
+                       RandomStream& random) const {
   const bool turn_on = random.bernoulli(0.5);
   const double before = turn_on ? 0 : 1;
   double eligible = 0, turned = 0, log_governed = 0;
@@ -120,8 +134,8 @@ double Toggle::propose(const Model& model, const State& current, State& candidat
       log_governed += log_density(model, turn_on ? candidate : current, variable);
     }
   }
-  // Choosing these `turned` of `eligible`: t^j (1-t)^(eligible-j); the way back chooses the same ones of those that
-  // stand on the other side then. What is drawn anew has the prior's density.
+  // Choosing these `turned` of `eligible`: t^j (1-t)^(eligible-j); the way back chooses the same ones of
+  // those that stand on the other side then. What is drawn anew has the prior's density.
   const double eligible_back = static_cast<double>(switches_.size()) - eligible + turned;
   const double log_choice = ((eligible_back - turned) - (eligible - turned)) * std::log1p(-probability_);
   if (ratios_ == Ratios::exact) return log_choice + (turn_on ? -log_governed : log_governed);
@@ -142,7 +156,8 @@ KernelTable::KernelTable(std::vector<WeightedKernel> rows) : rows_(std::move(row
 std::size_t KernelTable::choose(double u) const {
   const double mark = u * cumulative_.back();
   std::size_t row = 0;
-  while (row + 1 < rows_.size() && mark >= cumulative_[row]) ++row;
+  while (row + 1 < rows_.size() && mark >= cumulative_[row])
+    ++row;
   return row;
 }
 

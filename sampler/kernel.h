@@ -1,5 +1,6 @@
 // Kernel: a way to propose a candidate State from the current one; q of the paper.
-// Paper, sections 5.1.2, A.2 and B.2, with the ratios of DESIGN section 3. It must not know what a simulation says.
+// Paper, sections 5.1.2, A.2 and B.2, with the ratios of DESIGN section 3. It must not know what a simulation
+// says.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +22,8 @@ class Kernel {
   virtual ~Kernel() = default;
   /// Changes `candidate`, which equals `current` on entry.
   /// Returns log_hastings = log q(current|candidate) - log q(candidate|current).
-  virtual double propose(const Model& model, const State& current, State& candidate, RandomStream& random) const = 0;
+  virtual double propose(const Model& model, const State& current, State& candidate,
+                         RandomStream& random) const = 0;
 };
 
 /// Draws Variables anew from their priors: all of them, or a block. q is then the prior of the block, so
@@ -31,14 +33,16 @@ class Redraw final : public Kernel {
   /// Requires: a block that holds a Switch holds everything that it governs.
   Redraw(const Model& model, std::vector<std::size_t> block, Ratios ratios);
   static Redraw all(const Model& model, Ratios ratios);
-  double propose(const Model& model, const State& current, State& candidate, RandomStream& random) const override;
+  double propose(const Model& model, const State& current, State& candidate,
+                 RandomStream& random) const override;
 
  private:
   std::vector<std::size_t> block_;
   Ratios ratios_;
 };
 
-/// Adds a symmetric random step to Variables; log_hastings is 0. Uniform Variables wrap, absent ones stay absent.
+/// Adds a symmetric random step to Variables; log_hastings is 0. Uniform Variables wrap, absent ones stay
+/// absent.
 class Perturb final : public Kernel {
  public:
   enum class Shape {
@@ -50,25 +54,27 @@ class Perturb final : public Kernel {
   struct Group {
     std::vector<std::size_t> variables;
     Shape shape = Shape::gaussian;
-    double size = 1;         ///< in the Variables' unit
+    double size = 1;  ///< in the Variables' unit
     double probability = 1;
   };
   explicit Perturb(std::vector<Group> groups);
-  double propose(const Model& model, const State& current, State& candidate, RandomStream& random) const override;
+  double propose(const Model& model, const State& current, State& candidate,
+                 RandomStream& random) const override;
 
  private:
   std::vector<Group> groups_;
 };
 
-/// Turns switches: with probability 1/2 each switch that is on is turned off with probability t, else each that is
-/// off is turned on with probability t and what it governs drawn from its prior.
-/// With n of N switches on, turning j of them off has
-/// log_hastings = (N - 2n + j) log(1 - t) + log p_w(what they governed), and turning on is its mirror image.
+/// Turns switches: with probability 1/2 each switch that is on is turned off with probability t, else each
+/// that is off is turned on with probability t and what it governs drawn from its prior. With n of N switches
+/// on, turning j of them off has log_hastings = (N - 2n + j) log(1 - t) + log p_w(what they governed), and
+/// turning on is its mirror image.
 class Toggle final : public Kernel {
  public:
   /// Requires: every index is a Switch of the model; 0 < probability < 1.
   Toggle(const Model& model, std::vector<std::size_t> switches, double probability, Ratios ratios);
-  double propose(const Model& model, const State& current, State& candidate, RandomStream& random) const override;
+  double propose(const Model& model, const State& current, State& candidate,
+                 RandomStream& random) const override;
 
  private:
   std::vector<std::size_t> switches_;

@@ -16,7 +16,8 @@
 
 namespace retake {
 
-/// One number for each Variable of a Model, in the order of its table. A Variable whose switch is off is absent.
+/// One number for each Variable of a Model, in the order of its table. A Variable whose switch is off is
+/// absent.
 using State = Eigen::VectorXd;
 
 /// The value of an absent Variable; it never compares equal, so using it by mistake shows.
@@ -24,16 +25,18 @@ inline constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
 
 struct Variable {
   std::string name;
-  std::string unit;                      ///< "" for a pure number
+  std::string unit;  ///< "" for a pure number
   Distribution prior;
-  std::optional<std::size_t> switch_index{};  ///< the Switch that governs its presence; always present if none
+  std::optional<std::size_t>
+      switch_index{};  ///< the Switch that governs its presence; always present if none
 };
 
 /// Immutable once made. Thread safety: shared by all threads.
 class Model {
  public:
   /// `in_support` refuses states that no single prior can refuse (a ball that starts inside the lane).
-  /// Requires: a governing switch is an on_off Variable without a switch of its own and stands before what it governs.
+  /// Requires: a governing switch is an on_off Variable without a switch of its own and stands before what it
+  /// governs.
   explicit Model(std::vector<Variable> variables, std::function<bool(const State&)> in_support = {});
 
   const std::vector<Variable>& variables() const { return variables_; }
@@ -43,13 +46,16 @@ class Model {
     return !governor || state[static_cast<Eigen::Index>(*governor)] == 1;
   }
   /// The Variables that a Switch governs.
-  const std::vector<std::size_t>& governed_by(std::size_t switch_index) const { return governed_[switch_index]; }
+  const std::vector<std::size_t>& governed_by(std::size_t switch_index) const {
+    return governed_[switch_index];
+  }
 
   /// Draws every Variable from its prior, without regard to in_support: draws outside it are misses, so that
   /// densities stay closed-form.
   void draw(RandomStream& random, State& state) const;
 
-  /// log p_w: the sum over present Variables; minus infinity outside the support. Requires: state.size() == size().
+  /// log p_w: the sum over present Variables; minus infinity outside the support. Requires: state.size() ==
+  /// size().
   double log_prior(const State& state) const;
 
  private:

@@ -23,8 +23,8 @@ struct RandomAddress {
   std::uint64_t iteration = 0;
 };
 
-/// The draws at one address: Philox4x64-10 (Salmon et al. 2011) keyed by seed, chain, replica and purpose, its
-/// counter the iteration and the number of the draw. Cheap to make. Thread safety: one thread at a time.
+/// The draws at one address: Philox4x64-10 (Salmon et al. 2011) keyed by seed, chain, replica and purpose,
+/// its counter the iteration and the number of the draw. Cheap to make. Thread safety: one thread at a time.
 class RandomStream {
  public:
   explicit RandomStream(const RandomAddress& address)

@@ -17,8 +17,9 @@ struct Score {
   std::vector<double> measures;  ///< in the order of Target::measure_names; NaN where there is none
 };
 
-/// What a simulator keeps of one simulation so that a later one may continue from it: checkpoints, first touches.
-/// Owned by a chain, a Run outlives the simulator that wrote it and may be read by another thread's simulator.
+/// What a simulator keeps of one simulation so that a later one may continue from it: checkpoints, first
+/// touches. Owned by a chain, a Run outlives the simulator that wrote it and may be read by another thread's
+/// simulator.
 class Run {
  public:
   virtual ~Run() = default;
@@ -32,9 +33,11 @@ enum class SimulationEnd {
 };
 
 struct SimulationRequest {
-  /// The candidate is of use only if its log_constraint exceeds this, strictly; a simulation may stop once it cannot.
+  /// The candidate is of use only if its log_constraint exceeds this, strictly; a simulation may stop once it
+  /// cannot.
   double needed = -std::numeric_limits<double>::infinity();
-  /// The simulation of the State from which the candidate was proposed, if it was recorded: the place to resume from.
+  /// The simulation of the State from which the candidate was proposed, if it was recorded: the place to
+  /// resume from.
   const State* current_state = nullptr;
   const Run* current_run = nullptr;
   /// Where to record this simulation; null if nobody will resume from it.
@@ -48,15 +51,16 @@ struct SimulationOutcome {
 };
 
 /// Simulates and scores. Reused for many States; owns the scratch memory of one thread.
-/// Contract: the outcome is a pure function of the candidate - the same bits whatever ran before, on whichever
-/// thread, and whether or not it resumed - except that it may be `stopped` where `needed` permits.
+/// Contract: the outcome is a pure function of the candidate - the same bits whatever ran before, on
+/// whichever thread, and whether or not it resumed - except that it may be `stopped` where `needed` permits.
 /// Thread safety: one thread at a time.
 class Simulator {
  public:
   virtual ~Simulator() = default;
   /// An empty Run for `SimulationRequest::record`; null where the world does not resume.
   virtual std::unique_ptr<Run> make_run() const { return nullptr; }
-  virtual SimulationOutcome simulate(const State& candidate, const SimulationRequest& request, Score& score) = 0;
+  virtual SimulationOutcome simulate(const State& candidate, const SimulationRequest& request,
+                                     Score& score) = 0;
 };
 
 }  // namespace retake

@@ -15,6 +15,7 @@ struct ServiceLimits {
   std::uint64_t most_listed = 500;
   std::uint64_t listed_by_default = 50;
   std::uint64_t most_chains_per_request = 64;
+  std::uint64_t most_live_chains = 1024;
   std::uint64_t most_trace_points = 100'000;  ///< a trace never holds so many
   std::uint64_t most_frame_rate = 240;
   std::uint64_t most_samples_per_scenario = 1'000'000;
@@ -52,13 +53,16 @@ auto listed(List list) {
   try {
     return list();
   } catch (const BadCursor&) {
-    throw HttpProblem(400, "bad-query", "The query is wrong", "query parameter cursor was not handed out here",
+    throw HttpProblem(400, "bad-query", "The query is wrong",
+                      "query parameter cursor was not handed out here",
                       {{"", "query parameter cursor was not handed out for this listing"}});
   }
 }
 
-/// Starts `count` chains of a scenario with the server's defaults and a stop rule; used by examples and refills.
-std::vector<ChainRecord> start_default_chains(Runner& runner, const Scenario& scenario, std::string_view scenario_id,
-                                              std::size_t count, const StopRule& stop);
+/// Starts `count` chains of a scenario with the server's defaults and a stop rule; used by examples and
+/// refills.
+std::vector<ChainRecord> start_default_chains(Runner& runner, const Scenario& scenario,
+                                              std::string_view scenario_id, std::size_t count,
+                                              const StopRule& stop);
 
 }  // namespace retake

@@ -58,7 +58,8 @@ std::vector<ChainRecord> read_chains(const Api& api, const Scenario& scenario, s
 
 json chains_json(const std::vector<ChainRecord>& records) {
   json views = json::array();
-  for (const ChainRecord& record : records) views.push_back(chain_json(record));
+  for (const ChainRecord& record : records)
+    views.push_back(chain_json(record));
   return {{"chains", std::move(views)}};
 }
 
@@ -80,8 +81,9 @@ void add_control(HttpServer& server, Api& api, const std::string& verb,
 
 }  // namespace
 
-std::vector<ChainRecord> start_default_chains(Runner& runner, const Scenario& scenario, std::string_view scenario_id,
-                                              std::size_t count, const StopRule& stop) {
+std::vector<ChainRecord> start_default_chains(Runner& runner, const Scenario& scenario,
+                                              std::string_view scenario_id, std::size_t count,
+                                              const StopRule& stop) {
   const std::uint64_t seed = random_seed();
   std::vector<ChainRecord> records;
   for (std::uint32_t index = 0; index < count; ++index) {
@@ -99,9 +101,15 @@ void add_chain_routes(HttpServer& server, Api& api) {
     const auto scenario = api.library.find(id);
     if (!scenario) throw not_found("scenario", id);
     const std::vector<ChainRecord> records = read_chains(api, *scenario, id, request.body);
+    if (api.runner.counters().live_chains + records.size() > api.limits.most_live_chains)
+      throw HttpProblem(429, "too-many-chains", "Too many chains are running",
+                        "At most " + std::to_string(api.limits.most_live_chains) +
+                            " chains run at once; pause or stop some first.",
+                        {}, {{"Retry-After", "5"}});
     api.runner.add(records);
     std::vector<ChainRecord> started;
-    for (const ChainRecord& record : records) started.push_back(api.runner.chain(record.id).value_or(record));
+    for (const ChainRecord& record : records)
+      started.push_back(api.runner.chain(record.id).value_or(record));
     HttpResponse response = json_response(chains_json(started), 201);
     response.headers.emplace_back("Location", "/v1/scenarios/" + id + "/chains");
     return response;

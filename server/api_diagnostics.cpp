@@ -37,12 +37,16 @@ std::vector<std::vector<DrawRecord>> chain_draws(const Api& api, const std::stri
   return chains;
 }
 
-std::vector<Quantity> quantities(const Scenario& scenario, const std::vector<std::vector<DrawRecord>>& chains) {
+std::vector<Quantity> quantities(const Scenario& scenario,
+                                 const std::vector<std::vector<DrawRecord>>& chains) {
   std::size_t count = kMostDraws;
-  for (const auto& draws : chains) count = std::min(count, draws.size());
+  for (const auto& draws : chains)
+    count = std::min(count, draws.size());
   std::vector<Quantity> all;
-  for (const Variable& variable : scenario.model().variables()) all.push_back({variable.name, {}});
-  for (const std::string& measure : scenario.measure_names()) all.push_back({measure, {}});
+  for (const Variable& variable : scenario.model().variables())
+    all.push_back({variable.name, {}});
+  for (const std::string& measure : scenario.measure_names())
+    all.push_back({measure, {}});
   for (Quantity& quantity : all)
     quantity.draws.resize(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(chains.size()));
   for (std::size_t column = 0; column < chains.size(); ++column)
@@ -63,7 +67,9 @@ std::vector<Quantity> quantities(const Scenario& scenario, const std::vector<std
   return all;
 }
 
-json finite(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+json finite(double value) {
+  return std::isfinite(value) ? json(value) : json(nullptr);
+}
 
 }  // namespace
 

@@ -23,7 +23,8 @@ std::string event(const char* name, const json& data) {
 /// What a stream has to say after a round of changes.
 std::string tell(const Api& api, const EventHub::Changes& changes) {
   std::string text;
-  for (const std::string& id : changes.deleted_scenarios) text += event("scenario-deleted", {{"id", id}});
+  for (const std::string& id : changes.deleted_scenarios)
+    text += event("scenario-deleted", {{"id", id}});
   for (const std::string& id : changes.scenarios) {
     const auto record = api.store.scenario(id);
     if (!record) continue;

@@ -17,8 +17,8 @@ using nlohmann::json;
 constexpr std::size_t kLongestPlayer = 200;  // bytes, chosen: any account name or UUID
 constexpr std::size_t kLongestKey = 200;
 
-/// Starts a chain again where stock runs low and none is running. One request at a time, so that many players who
-/// find it low start one chain.
+/// Starts a chain again where stock runs low and none is running. One request at a time, so that many players
+/// who find it low start one chain.
 void refill(Api& api, std::mutex& one_at_a_time, const std::string& scenario_id, std::uint64_t low_water,
             std::uint64_t remaining) try {
   if (remaining >= low_water) return;
@@ -32,8 +32,8 @@ void refill(Api& api, std::mutex& one_at_a_time, const std::string& scenario_id,
   start_default_chains(api.runner, *scenario, scenario_id, 1, stop);
 } catch (const std::runtime_error& fault) {
   // The play itself is made, and stays the client's.
-  std::fprintf(stderr, "retake: scenario %s is low on samples but no chain can be started: %s\n", scenario_id.c_str(),
-               fault.what());
+  std::fprintf(stderr, "retake: scenario %s is low on samples but no chain can be started: %s\n",
+               scenario_id.c_str(), fault.what());
 }
 
 }  // namespace
@@ -80,9 +80,10 @@ void add_play_routes(HttpServer& server, Api& api) {
       const auto scenario = api.library.find(id);
       const auto bytes = api.store.sample_animation(play->sample.id);
       if (!scenario || !bytes) throw not_found("scenario", id);
-      view["keyframes"] = keyframes_json(decode_animation(*bytes), {.sample = play->sample.id,
-                                                                    .world = std::string(scenario->world().name()),
-                                                                    .world_version = scenario->world().version()});
+      view["keyframes"] =
+          keyframes_json(decode_animation(*bytes), {.sample = play->sample.id,
+                                                    .world = std::string(scenario->world().name()),
+                                                    .world_version = scenario->world().version()});
     }
     return json_response(view, 201);
   });

@@ -45,7 +45,8 @@ SampleOrder read_order(QueryFields& query) {
 void add_sample_routes(HttpServer& server, Api& api) {
   server.route("GET", "/v1/scenarios/{id}/samples", [&api](const HttpRequest& request) {
     QueryFields query(request);
-    const std::uint64_t limit = query.integer("limit", 1, api.limits.most_listed, api.limits.listed_by_default);
+    const std::uint64_t limit =
+        query.integer("limit", 1, api.limits.most_listed, api.limits.listed_by_default);
     const std::string cursor = query.text("cursor", "");
     const SampleOrder order = read_order(query);
     query.finish();
@@ -53,7 +54,8 @@ void add_sample_routes(HttpServer& server, Api& api) {
     if (!api.store.scenario(id)) throw not_found("scenario", id);
     const Page<SampleRecord> page = listed([&] { return api.store.samples(id, order, limit, cursor); });
     json views = json::array();
-    for (const SampleRecord& record : page.records) views.push_back(sample_json(record));
+    for (const SampleRecord& record : page.records)
+      views.push_back(sample_json(record));
     json body = {{"samples", std::move(views)}};
     if (!page.next_cursor.empty()) body["next_cursor"] = page.next_cursor;
     return json_response(body);

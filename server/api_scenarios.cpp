@@ -18,7 +18,8 @@ void add_world_routes(HttpServer& server, Api&) {
   server.route("GET", "/v1/worlds", [](const HttpRequest& request) {
     QueryFields(request).finish();
     json views = json::array();
-    for (const World* world : worlds()) views.push_back(world_json(*world));
+    for (const World* world : worlds())
+      views.push_back(world_json(*world));
     HttpResponse response = json_response({{"worlds", std::move(views)}});
     response.etag = digest_identifier(response.body, 20);
     return response;
@@ -47,12 +48,14 @@ void add_scenario_routes(HttpServer& server, Api& api) {
 
   server.route("GET", "/v1/scenarios", [&api](const HttpRequest& request) {
     QueryFields query(request);
-    const std::uint64_t limit = query.integer("limit", 1, api.limits.most_listed, api.limits.listed_by_default);
+    const std::uint64_t limit =
+        query.integer("limit", 1, api.limits.most_listed, api.limits.listed_by_default);
     const std::string cursor = query.text("cursor", "");
     query.finish();
     const Page<ScenarioRecord> page = listed([&] { return api.store.scenarios(limit, cursor); });
     json views = json::array();
-    for (const ScenarioRecord& record : page.records) views.push_back(scenario_json(record));
+    for (const ScenarioRecord& record : page.records)
+      views.push_back(scenario_json(record));
     json body = {{"scenarios", std::move(views)}};
     if (!page.next_cursor.empty()) body["next_cursor"] = page.next_cursor;
     return json_response(body);
@@ -71,7 +74,8 @@ void add_scenario_routes(HttpServer& server, Api& api) {
     const std::string& id = request.path_values.at("id");
     api.runner.drop_scenario(id);
     std::vector<std::string> chains;
-    for (const ChainRecord& chain : api.store.chains(id)) chains.push_back(chain.id);
+    for (const ChainRecord& chain : api.store.chains(id))
+      chains.push_back(chain.id);
     if (!api.store.delete_scenario(id)) throw not_found("scenario", id);
     api.library.forget(id);
     api.events.scenario_deleted(id, chains);

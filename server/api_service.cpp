@@ -44,7 +44,8 @@ std::string metrics_text(const Api& api) {
   metrics.single("store_queued_commits", "gauge", "Writes that wait for the writer.", store.queued_commits);
   metrics.single("store_failed_commits_total", "counter", "Writes that failed.", store.failed_commits);
   metrics.single("chains_live", "gauge", "Chains that are being stepped.", runner.live_chains);
-  metrics.single("iterations_total", "counter", "Iterations of all chains since the start.", runner.iterations);
+  metrics.single("iterations_total", "counter", "Iterations of all chains since the start.",
+                 runner.iterations);
   metrics.single("samples_found_total", "counter", "Samples found since the start.", runner.samples);
   metrics.single("simulations_total", "counter", "Simulations since the start.", runner.simulations);
   metrics.single("failed_simulations_total", "counter", "Simulations that exploded or never came to rest.",
@@ -52,7 +53,8 @@ std::string metrics_text(const Api& api) {
   metrics.family("http_requests_total", "counter", "Requests answered, by status.");
   for (const auto& [status, count] : http.by_status)
     metrics.value(count, "{status=\"" + std::to_string(status) + "\"}");
-  metrics.single("http_refused_total", "counter", "Connections and requests that the guard refused.", http.refused);
+  metrics.single("http_refused_total", "counter", "Connections and requests that the guard refused.",
+                 http.refused);
   metrics.single("http_connections", "gauge", "Open connections.", http.open_connections);
   metrics.single("http_streams", "gauge", "Open event streams.", http.open_streams);
   return metrics.text();
@@ -69,8 +71,8 @@ void add_service_routes(HttpServer& server, Api& api) {
   server.route("GET", "/readyz", [&api](const HttpRequest& request) {
     QueryFields(request).finish();
     if (!api.store.last_error().empty())
-      throw HttpProblem(503, "store-failing", "The store cannot write", "The last write to the store failed.", {},
-                        {{"Retry-After", "5"}});
+      throw HttpProblem(503, "store-failing", "The store cannot write", "The last write to the store failed.",
+                        {}, {{"Retry-After", "5"}});
     return json_response({{"status", "ready"}});
   });
 
@@ -88,6 +90,7 @@ void add_service_routes(HttpServer& server, Api& api) {
     const HttpSettings http;
     return json_response({{"limit", {{"default", limits.listed_by_default}, {"maximum", limits.most_listed}}},
                           {"chains_per_request", limits.most_chains_per_request},
+                          {"live_chains", limits.most_live_chains},
                           {"trace_points", limits.most_trace_points},
                           {"frame_rate", limits.most_frame_rate},
                           {"samples_per_scenario", limits.most_samples_per_scenario},

@@ -13,7 +13,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::duration<double> kBetweenClocks{0.0005};  // chosen: reading the clock then costs nothing
+constexpr std::chrono::duration<double> kBetweenClocks{
+    0.0005};                         // chosen: reading the clock then costs nothing
 constexpr double kRateMemory = 1.0;  // [s] over which the shown iterations per second are averaged
 
 Chain make_chain(const Scenario& scenario, const ChainRecord& record, std::string_view checkpoint) {
@@ -48,7 +49,8 @@ ChainRun::ChainRun(std::shared_ptr<const Scenario> scenario, ChainRecord record,
 
 void ChainRun::step_for(Scenario::Performer& performer, std::chrono::duration<double> time,
                         std::size_t most_samples) {
-  check_context() = {.scenario = record_.scenario, .chain = record_.id, .iteration = chain_.counts().iteration};
+  check_context() = {
+      .scenario = record_.scenario, .chain = record_.id, .iteration = chain_.counts().iteration};
   const Clock::time_point begin = Clock::now();
   const double seconds_before = record_.counters.run_seconds;
   const std::uint64_t iteration_before = chain_.counts().iteration;

@@ -26,8 +26,8 @@ class ChainRun {
   const ChainRecord& record() const { return record_; }
   const std::shared_ptr<const Scenario>& scenario() const { return scenario_; }
 
-  /// Steps until the time is up, the stop rule applies or `most_samples` are gathered. At least one step, unless the
-  /// stop rule applies already.
+  /// Steps until the time is up, the stop rule applies or `most_samples` are gathered. At least one step,
+  /// unless the stop rule applies already.
   void step_for(Scenario::Performer& performer, std::chrono::duration<double> time, std::size_t most_samples);
 
   /// What ended the chain by its stop rule: "samples", "iterations" or "seconds"; empty while it may go on.

@@ -25,7 +25,8 @@ constexpr std::uint64_t kMostLowWater = 1'000'000;  // as in POST plays
 /// Accepts what `read` knows; it is the reader's place to know the names.
 template <typename Read>
 CLI::Validator known(Read read, const std::string& names) {
-  return CLI::Validator([read, names](std::string& text) { return read(text) ? "" : "must be one of " + names; }, names);
+  return CLI::Validator(
+      [read, names](std::string& text) { return read(text) ? "" : "must be one of " + names; }, names);
 }
 
 /// The commands with their options, and the one that was chosen.
@@ -73,27 +74,33 @@ CommandLine::CommandLine(bool reads_file) {
   version->add_flag("--json", version_json, "For machines");
   version->footer("Example: retake version --json");
   version->callback([this] { chosen = [this] { return show_version(version_json); }; });
-  for (CLI::App* command : app.get_subcommands({})) command->fallthrough(false);
+  for (CLI::App* command : app.get_subcommands({}))
+    command->fallthrough(false);
 }
 
 void CommandLine::add_serve() {
   ServeOptions& options = serve_options;
   auto* command = app.add_subcommand("serve", "Serve the API and the gallery page until SIGTERM");
-  command->add_option("--listen", options.listen, "Address and port; port 0 lets the system pick")->capture_default_str();
+  command->add_option("--listen", options.listen, "Address and port; port 0 lets the system pick")
+      ->capture_default_str();
   command->add_option("--store", options.store, "The store's file; made if missing")->capture_default_str();
   command->add_option("--threads", options.threads, "Threads that step chains; 0: one a core")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--no-examples", options.no_examples, "Leave an empty store empty");
   command->add_option("--token", options.token, "Bearer token; any address but loopback needs one");
   command->add_option("--token-file", options.token_file, "File whose first line is the bearer token");
-  command->add_option("--allow-host", options.allow_hosts, "Further Host names to answer to, comma-separated");
+  command->add_option("--allow-host", options.allow_hosts,
+                      "Further Host names to answer to, comma-separated");
   command->add_option("--allow-origin", options.allow_origins,
                       "Origins of other pages that may use the API, comma-separated");
-  command->add_option("--max-samples", options.max_samples, "Samples a scenario may hold; its chains finish there")
+  command
+      ->add_option("--max-samples", options.max_samples,
+                   "Samples a scenario may hold; its chains finish there")
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
-  command->add_option("--low-water", options.low_water,
-                      "A play that leaves its player fewer unseen samples starts a chain again; 0: never")
+  command
+      ->add_option("--low-water", options.low_water,
+                   "A play that leaves its player fewer unseen samples starts a chain again; 0: never")
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{0}, kMostLowWater));
   command->add_option("--refill", options.refill, "Samples that such a chain finds")
@@ -122,7 +129,8 @@ void CommandLine::add_sample() {
       ->check(known(ratios_from, "exact, paper"));
   command->add_option("--iterations", options.iterations, "Give up after so many iterations")
       ->check(CLI::Range(std::uint64_t{1}, kLargestCount));
-  command->add_option("--seconds", options.seconds, "Give up after so many seconds")->check(CLI::PositiveNumber);
+  command->add_option("--seconds", options.seconds, "Give up after so many seconds")
+      ->check(CLI::PositiveNumber);
   command->add_option("--out", options.out, "Folder for the keyframe documents");
   command->add_option("--rate", options.rate, "Frames a second of the keyframes; 0: the world's own")
       ->check(CLI::Range(0, 240));
@@ -162,8 +170,8 @@ void CommandLine::add_store_commands() {
   check_command->callback([this] { chosen = [this] { return check(check_store); }; });
 }
 
-/// Options of the chosen command that the environment sets, as arguments. They stand before the given ones, so that a
-/// flag wins, and count as given, so that the configuration file does not.
+/// Options of the chosen command that the environment sets, as arguments. They stand before the given ones,
+/// so that a flag wins, and count as given, so that the configuration file does not.
 std::vector<std::string> environment_arguments(const CLI::App& command) {
   std::vector<std::string> arguments;
   for (const CLI::Option* option : command.get_options()) {
@@ -183,7 +191,8 @@ void parse(CommandLine& line, std::vector<std::string> arguments, bool with_envi
   if (with_environment) {
     // The command is the first argument that names one.
     for (auto place = arguments.begin(); place != arguments.end(); ++place) {
-      const auto named = line.app.get_subcommands([&](CLI::App* command) { return command->get_name() == *place; });
+      const auto named =
+          line.app.get_subcommands([&](CLI::App* command) { return command->get_name() == *place; });
       if (named.empty()) continue;
       const std::vector<std::string> more = environment_arguments(*named.front());
       arguments.insert(place + 1, more.begin(), more.end());

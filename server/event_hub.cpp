@@ -28,7 +28,8 @@ void EventHub::scenario_changed(std::string_view id) {
 
 void EventHub::scenario_deleted(std::string_view id, const std::vector<std::string>& chains) {
   const std::lock_guard lock(mutex_);
-  for (const std::string& chain : chains) chains_.erase(chain);
+  for (const std::string& chain : chains)
+    chains_.erase(chain);
   if (const auto found = scenarios_.find(id); found != scenarios_.end()) scenarios_.erase(found);
   mark(deleted_, id);
   changed_.notify_all();

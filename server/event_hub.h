@@ -1,5 +1,6 @@
 // EventHub: which chains and scenarios changed, for streams that show them live.
-// Keeps only versions, so a slow stream costs nothing and misses no last state. It must not know HTTP or the store.
+// Keeps only versions, so a slow stream costs nothing and misses no last state. It must not know HTTP or the
+// store.
 #pragma once
 
 #include <chrono>
@@ -26,7 +27,8 @@ class EventHub {
     std::vector<std::string> scenarios;
     std::vector<std::string> deleted_scenarios;
   };
-  /// What changed after `version` (0: everything known since the start); waits up to `wait` for something to change.
+  /// What changed after `version` (0: everything known since the start); waits up to `wait` for something to
+  /// change.
   Changes changes_since(std::uint64_t version, std::chrono::milliseconds wait);
 
  private:

@@ -11,7 +11,8 @@
 namespace retake {
 namespace {
 
-constexpr std::size_t kLargestLength = std::size_t{1} << 62;  ///< [bytes] chosen: no number near overflow goes on
+constexpr std::size_t kLargestLength = std::size_t{1}
+                                       << 62;  ///< [bytes] chosen: no number near overflow goes on
 
 [[noreturn]] void refuse(std::string detail) {
   throw HttpProblem(400, "bad-request", "The request is malformed", std::move(detail));

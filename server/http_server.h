@@ -20,10 +20,10 @@ namespace retake {
 
 struct HttpRequest {
   std::string method;
-  std::string path;                                  ///< decoded, without the query
-  std::map<std::string, std::string> path_values;    ///< {name} parts of the route, decoded
-  std::map<std::string, std::string> query;          ///< decoded; a repeated parameter is refused before
-  std::map<std::string, std::string> headers;        ///< names in lower case; a repeated header's last value
+  std::string path;                                ///< decoded, without the query
+  std::map<std::string, std::string> path_values;  ///< {name} parts of the route, decoded
+  std::map<std::string, std::string> query;        ///< decoded; a repeated parameter is refused before
+  std::map<std::string, std::string> headers;      ///< names in lower case; a repeated header's last value
   std::string body;
   std::string remote_address;
 };
@@ -36,9 +36,9 @@ struct HttpResponse {
   std::string content_type = "application/json";
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;
-  std::string etag;              ///< strong entity tag without quotes; a matching If-None-Match gives 304
+  std::string etag;  ///< strong entity tag without quotes; a matching If-None-Match gives 304
   std::string cache_control = "no-store";  ///< with an etag and nothing else said: "no-cache"
-  std::string content_encoding;  ///< of a body that is compressed already ("gzip"); sent as it is
+  std::string content_encoding;            ///< of a body that is compressed already ("gzip"); sent as it is
   /// Set for a stream (server-sent events): called on the connection's thread until it returns.
   /// Such connections are counted against HttpSettings::most_streams.
   std::function<void(const StreamSink&)> stream;
@@ -49,10 +49,10 @@ using HttpHandler = std::function<HttpResponse(const HttpRequest&)>;
 /// A refusal with the status of RFC 9457's problem details. Thrown by handlers.
 class HttpProblem : public std::runtime_error {
  public:
-  HttpProblem(int status, std::string type, std::string title, std::string detail, std::vector<Fault> errors = {},
-              std::vector<std::pair<std::string, std::string>> headers = {});
+  HttpProblem(int status, std::string type, std::string title, std::string detail,
+              std::vector<Fault> errors = {}, std::vector<std::pair<std::string, std::string>> headers = {});
   int status;
-  std::string type;    ///< short name such as "no-samples-yet"; sent as "/problems/no-samples-yet"
+  std::string type;  ///< short name such as "no-samples-yet"; sent as "/problems/no-samples-yet"
   std::string title;
   std::string detail;
   std::vector<Fault> errors;
@@ -67,9 +67,10 @@ HttpResponse json_response(const nlohmann::json& body, int status = 200);
 
 struct HttpSettings {
   std::string address = "127.0.0.1";
-  int port = 8080;                        ///< 0: the system picks one
-  std::string token;                      ///< bearer token that every request but /healthz must carry; empty: none
-  std::vector<std::string> allowed_hosts;    ///< further Host names beside loopback names and the address itself
+  int port = 8080;    ///< 0: the system picks one
+  std::string token;  ///< bearer token that every request but /healthz must carry; empty: none
+  std::vector<std::string>
+      allowed_hosts;  ///< further Host names beside loopback names and the address itself
   std::vector<std::string> allowed_origins;  ///< origins that may read answers (CORS) and send unsafe methods
   std::size_t threads = 48;                  ///< connections served at once
   std::size_t most_streams = 8;
@@ -79,7 +80,7 @@ struct HttpSettings {
   double head_seconds = 5;
   double body_seconds = 10;
   double write_stall_seconds = 10;
-  double idle_seconds = 15;               ///< keep-alive
+  double idle_seconds = 15;  ///< keep-alive
   std::size_t requests_per_connection = 10'000'000;
 };
 
@@ -94,7 +95,8 @@ struct HttpCounters {
 /// Thread safety: add routes before run(); counters() and stop() from any thread.
 class HttpServer {
  public:
-  /// Throws: std::runtime_error if the token holds anything but letters, digits and -._~+/= (a cookie carries it).
+  /// Throws: std::runtime_error if the token holds anything but letters, digits and -._~+/= (a cookie carries
+  /// it).
   explicit HttpServer(HttpSettings settings);
   ~HttpServer();
 

@@ -3,9 +3,8 @@
 
 #include <array>
 #include <chrono>
-#include <random>
-
 #include <openssl/sha.h>
+#include <random>
 
 namespace retake {
 namespace {
@@ -17,7 +16,8 @@ constexpr char kAlphabet[] = "abcdefghjkmnpqrstvwxyz0123456789";  // 32 characte
 std::string random_identifier() {
   std::random_device device;
   std::string text;
-  for (int i = 0; i < 10; ++i) text += kAlphabet[device() % 32];
+  for (int i = 0; i < 10; ++i)
+    text += kAlphabet[device() % 32];
   return text;
 }
 
@@ -41,7 +41,8 @@ std::string digest_identifier(const std::string& text, std::size_t characters) {
 }
 
 std::int64_t now_milliseconds() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch())
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
       .count();
 }
 

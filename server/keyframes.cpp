@@ -14,13 +14,18 @@ json rounded(double value, double scale) {
   const double whole = std::round(value * scale);
   return whole == 0 ? json(0) : json(whole / scale);  // no minus zero
 }
-json length(double value) { return rounded(value, 1e5); }
-json component(double value) { return rounded(value, 1e6); }
+json length(double value) {
+  return rounded(value, 1e5);
+}
+json component(double value) {
+  return rounded(value, 1e6);
+}
 
 template <typename Vector>
 json lengths(const Vector& values) {
   json array = json::array();
-  for (const double value : values) array.push_back(length(value));
+  for (const double value : values)
+    array.push_back(length(value));
   return array;
 }
 
@@ -30,14 +35,19 @@ json quaternion(const Eigen::Quaterniond& rotation) {
 
 json shape_json(const Shape& shape) {
   struct View {
-    json operator()(const Sphere& sphere) const { return {{"type", "sphere"}, {"radius", length(sphere.radius)}}; }
-    json operator()(const Box& box) const { return {{"type", "box"}, {"half_extents", lengths(box.half_extents)}}; }
+    json operator()(const Sphere& sphere) const {
+      return {{"type", "sphere"}, {"radius", length(sphere.radius)}};
+    }
+    json operator()(const Box& box) const {
+      return {{"type", "box"}, {"half_extents", lengths(box.half_extents)}};
+    }
     json operator()(const Cylinder& cylinder) const {
       return {{"type", "cylinder"}, {"radius", length(cylinder.radius)}, {"height", length(cylinder.height)}};
     }
     json operator()(const Revolution& revolution) const {
       json profile = json::array();
-      for (const auto& point : revolution.profile) profile.push_back(lengths(point));
+      for (const auto& point : revolution.profile)
+        profile.push_back(lengths(point));
       return {{"type", "revolution"}, {"profile", std::move(profile)}};
     }
     json operator()(const Mesh& mesh) const {
@@ -47,7 +57,8 @@ json shape_json(const Shape& shape) {
   return std::visit(View{}, shape);
 }
 
-/// Frames at another rate: linear between positions, normalised linear between rotations. The last frame is the rest.
+/// Frames at another rate: linear between positions, normalised linear between rotations. The last frame is
+/// the rest.
 Animation resampled(const Animation& animation, double rate) {
   Animation result = animation;
   result.rate = rate;
@@ -59,7 +70,8 @@ Animation resampled(const Animation& animation, double rate) {
     to.positions.resize(3, static_cast<Eigen::Index>(result.frames));
     to.rotations.resize(4, static_cast<Eigen::Index>(result.frames));
     for (Eigen::Index frame = 0; frame < to.positions.cols(); ++frame) {
-      const double place = std::min(static_cast<double>(frame) / rate * animation.rate, static_cast<double>(last));
+      const double place =
+          std::min(static_cast<double>(frame) / rate * animation.rate, static_cast<double>(last));
       const auto before = std::min(static_cast<Eigen::Index>(place), last);
       const auto after = std::min(before + 1, last);
       const double share = place - static_cast<double>(before);
@@ -92,22 +104,25 @@ json keyframes_json(const Animation& given, const KeyframeHead& head, double rat
   json tracks = json::array();
   for (const Track& track : animation.tracks) {
     json positions = json::array(), rotations = json::array();
-    for (Eigen::Index i = 0; i < track.positions.size(); ++i) positions.push_back(length(track.positions(i)));
+    for (Eigen::Index i = 0; i < track.positions.size(); ++i)
+      positions.push_back(length(track.positions(i)));
     for (Eigen::Index frame = 0; frame < track.rotations.cols(); ++frame) {
       // Successive quaternions lie in one hemisphere; a track's own order keeps that.
-      for (Eigen::Index row = 0; row < 4; ++row) rotations.push_back(component(track.rotations(row, frame)));
+      for (Eigen::Index row = 0; row < 4; ++row)
+        rotations.push_back(component(track.rotations(row, frame)));
     }
     tracks.push_back({{"position", std::move(positions)}, {"rotation", std::move(rotations)}});
   }
 
   json events = json::array();
   for (const ContactEvent& event : animation.events)
-    events.push_back({{"time", component(event.time)},
-                      {"kind", "contact"},
-                      {"bodies", {animation.bodies[event.bodies[0]].name, animation.bodies[event.bodies[1]].name}},
-                      {"impulse", component(event.impulse)},
-                      {"position", lengths(event.position)},
-                      {"normal", lengths(event.normal)}});
+    events.push_back(
+        {{"time", component(event.time)},
+         {"kind", "contact"},
+         {"bodies", {animation.bodies[event.bodies[0]].name, animation.bodies[event.bodies[1]].name}},
+         {"impulse", component(event.impulse)},
+         {"position", lengths(event.position)},
+         {"normal", lengths(event.normal)}});
 
   return {{"format", "retake.keyframes/1"},
           {"sample", head.sample},

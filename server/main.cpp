@@ -1,4 +1,6 @@
 // The program `retake`.
 #include "server/command_line.h"
 
-int main(int count, char** arguments) { return retake::run_command_line(count, arguments); }
+int main(int count, char** arguments) {
+  return retake::run_command_line(count, arguments);
+}

@@ -15,7 +15,8 @@ using nlohmann::json;
 
 std::string list(const std::vector<std::string>& names) {
   std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  for (const std::string& name : names)
+    text += (text.empty() ? "" : ", ") + name;
   return text;
 }
 
@@ -27,7 +28,8 @@ void refuse_unknown(const json& object, const std::string& pointer, const std::v
                     std::vector<Fault>& faults) {
   for (const auto& [name, value] : object.items())
     if (std::find(known.begin(), known.end(), name) == known.end())
-      faults.push_back({append_pointer(pointer, name), "there is no such field here; known are " + list(known)});
+      faults.push_back(
+          {append_pointer(pointer, name), "there is no such field here; known are " + list(known)});
 }
 
 }  // namespace
@@ -59,7 +61,8 @@ void BodyFields::refuse(std::string_view name, std::string detail) {
   shared_->faults.push_back({append_pointer(pointer_, name), std::move(detail)});
 }
 
-std::optional<std::uint64_t> BodyFields::integer(std::string_view name, std::uint64_t low, std::uint64_t high) {
+std::optional<std::uint64_t> BodyFields::integer(std::string_view name, std::uint64_t low,
+                                                 std::uint64_t high) {
   const json* value = find(name);
   if (!value) return std::nullopt;
   const double number = value->is_number() ? value->get<double>() : -1;
@@ -93,7 +96,8 @@ std::optional<std::string> BodyFields::text(std::string_view name, std::size_t l
   return value->get<std::string>();
 }
 
-std::optional<std::string> BodyFields::choice(std::string_view name, const std::vector<std::string>& choices) {
+std::optional<std::string> BodyFields::choice(std::string_view name,
+                                              const std::vector<std::string>& choices) {
   const json* value = find(name);
   if (!value) return std::nullopt;
   if (!value->is_string() ||

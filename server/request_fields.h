@@ -53,7 +53,8 @@ class BodyFields {
 class QueryFields {
  public:
   explicit QueryFields(const HttpRequest& request) : query_(request.query) {}
-  std::uint64_t integer(const std::string& name, std::uint64_t low, std::uint64_t high, std::uint64_t fallback);
+  std::uint64_t integer(const std::string& name, std::uint64_t low, std::uint64_t high,
+                        std::uint64_t fallback);
   std::string text(const std::string& name, std::string fallback);
   void refuse(const std::string& name, const std::string& detail);
   /// Refuses unknown parameters. Throws: HttpProblem (400) with every fault so far.

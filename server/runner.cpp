@@ -1,11 +1,10 @@
 // See runner.h.
 #include "server/runner.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
+#include <sys/resource.h>
+#include <unistd.h>
 #include <utility>
 
 namespace retake {
@@ -14,19 +13,22 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::duration;
 
-constexpr duration<double> kSlice{0.02};        // chosen: a person's click is answered at once
+constexpr duration<double> kSlice{0.02};           // chosen: a person's click is answered at once
 constexpr duration<double> kBetweenCommits{0.25};  // chosen: what a page shows of a chain is at most this old
 constexpr std::size_t kSamplesPerCommit = 32;
-constexpr std::size_t kMostGathered = 256;      // a chain waits for its commit when it has gathered this many
+constexpr std::size_t kMostGathered = 256;  // a chain waits for its commit when it has gathered this many
 
 }  // namespace
 
 Runner::Runner(Store& store, ScenarioLibrary& library, EventHub& events, Settings settings)
     : store_(store), library_(library), events_(events), settings_(settings) {
-  for (std::size_t i = 0; i < settings_.threads; ++i) threads_.emplace_back([this] { work(); });
+  for (std::size_t i = 0; i < settings_.threads; ++i)
+    threads_.emplace_back([this] { work(); });
 }
 
-Runner::~Runner() { drain(); }
+Runner::~Runner() {
+  drain();
+}
 
 /// One request at a time changes a chain: while this lives, others that want to wait.
 class Runner::Turn {
@@ -63,9 +65,11 @@ void Runner::resume_stored() {
 
 void Runner::add(const std::vector<ChainRecord>& chains) {
   std::deque<Turn> turns;
-  for (const ChainRecord& record : chains) turns.emplace_back(*this, record.id);
+  for (const ChainRecord& record : chains)
+    turns.emplace_back(*this, record.id);
   store_.add_chains(chains);
-  for (const ChainRecord& record : chains) make_live(record);
+  for (const ChainRecord& record : chains)
+    make_live(record);
 }
 
 /// Builds the run of a stored chain from its last checkpoint and queues it.
@@ -75,7 +79,8 @@ void Runner::make_live(const ChainRecord& record) {
   const auto live = std::make_shared<Live>();
   live->id = record.id;
   live->scenario = record.scenario;
-  live->run = std::make_unique<ChainRun>(scenario, record, store_.checkpoint(record.id), store_.trace(record.id));
+  live->run =
+      std::make_unique<ChainRun>(scenario, record, store_.checkpoint(record.id), store_.trace(record.id));
   set_state(record.id, ChainState::running, "", "");
   const std::lock_guard lock(mutex_);
   if (live_.try_emplace(record.id, live).second) {
@@ -103,7 +108,8 @@ void Runner::fail(const std::shared_ptr<Live>& live, const std::string& error) {
   leave(live);
 }
 
-void Runner::set_state(std::string_view id, ChainState state, std::string_view ended_by, std::string_view error) {
+void Runner::set_state(std::string_view id, ChainState state, std::string_view ended_by,
+                       std::string_view error) {
   store_.set_chain_state(id, state, ended_by, error);
   {
     const std::lock_guard lock(mutex_);
@@ -124,7 +130,8 @@ std::optional<ChainRecord> Runner::chain(std::string_view id) const {
 
 std::vector<ChainRecord> Runner::chains(std::string_view scenario) const {
   std::vector<ChainRecord> records = store_.chains(scenario);
-  for (ChainRecord& record : records) show_unsaved_failure(record);
+  for (ChainRecord& record : records)
+    show_unsaved_failure(record);
   return records;
 }
 
@@ -221,8 +228,8 @@ void Runner::drain() {
       hand_over(*live, std::nullopt, "");
       settle_commit(*live, true);
     } catch (const StoreError& error) {
-      std::fprintf(stderr, "retake: chain %s loses its last moments, which it will find again: %s\n", id.c_str(),
-                   error.what());
+      std::fprintf(stderr, "retake: chain %s loses its last moments, which it will find again: %s\n",
+                   id.c_str(), error.what());
     }
   }
   live_.clear();
@@ -262,7 +269,8 @@ std::shared_ptr<Runner::Live> Runner::next_chain() {
   std::unique_lock lock(mutex_);
   while (!draining_) {
     // A chain for which something is wished comes first: a client waits.
-    const auto wished = std::find_if(queue_.begin(), queue_.end(), [](const auto& live) { return live->wish != Wish::run; });
+    const auto wished =
+        std::find_if(queue_.begin(), queue_.end(), [](const auto& live) { return live->wish != Wish::run; });
     for (auto place = wished != queue_.end() ? wished : queue_.begin(); place != queue_.end(); ++place) {
       const bool held_up = (*place)->wish == Wish::run && (*place)->run->gathered() >= kMostGathered &&
                            (*place)->commit.valid() &&
@@ -315,7 +323,8 @@ void Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
       return;
     }
     const bool behind = live->commit.valid();
-    if (!behind && (run.gathered() >= kSamplesPerCommit || Clock::now() - live->committed_at >= kBetweenCommits))
+    if (!behind &&
+        (run.gathered() >= kSamplesPerCommit || Clock::now() - live->committed_at >= kBetweenCommits))
       hand_over(*live, std::nullopt, "");
   } catch (const std::runtime_error& error) {
     fail(live, error.what());
@@ -331,7 +340,8 @@ bool Runner::settle_commit(Live& live, bool wait) {
   if (!live.commit.valid()) return true;
   if (!wait && live.commit.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return true;
   const bool has_samples = live.commit.get() > 0;
-  if (!has_samples && !store_.chain(live.id)) return false;  // its scenario was deleted while it was being added
+  if (!has_samples && !store_.chain(live.id))
+    return false;  // its scenario was deleted while it was being added
   events_.chain_changed(live.id);
   events_.scenario_changed(live.scenario);
   return true;

@@ -1,5 +1,6 @@
 // Runner: the threads that step chains in fair slices and hand their samples to the Store.
-// DESIGN section 1. Which thread steps a chain, and when, never changes what the chain finds. It must not know HTTP.
+// DESIGN section 1. Which thread steps a chain, and when, never changes what the chain finds. It must not
+// know HTTP.
 #pragma once
 
 #include <atomic>
@@ -28,12 +29,14 @@ namespace retake {
 /// Thread safety: every method may be called from any thread.
 class Runner {
  public:
-  /// Requests come first: Linux gives a thread of this niceness a tenth of what the threads that serve requests get.
+  /// Requests come first: Linux gives a thread of this niceness a tenth of what the threads that serve
+  /// requests get.
   static constexpr int kNiceness = 10;
 
   struct Settings {
     std::size_t threads = 2;
-    std::uint64_t most_samples_per_scenario = 1'000'000;  ///< chains end there, so that no wish fills the disk
+    std::uint64_t most_samples_per_scenario =
+        1'000'000;  ///< chains end there, so that no wish fills the disk
   };
   Runner(Store& store, ScenarioLibrary& library, EventHub& events, Settings settings);
   /// As drain().
@@ -49,8 +52,9 @@ class Runner {
   /// Empty: no such chain. Throws: StoreError; WrongState for a chain that has ended.
   class WrongState;
   std::optional<ChainRecord> pause(std::string_view id);
-  std::optional<ChainRecord> resume(std::string_view id);  ///< a failed chain goes on from its last checkpoint
-  std::optional<ChainRecord> stop(std::string_view id);    ///< finishes it, for good
+  std::optional<ChainRecord> resume(
+      std::string_view id);                              ///< a failed chain goes on from its last checkpoint
+  std::optional<ChainRecord> stop(std::string_view id);  ///< finishes it, for good
 
   /// A chain as the store has it, but with a failure that the store could not take yet.
   std::optional<ChainRecord> chain(std::string_view id) const;
@@ -59,12 +63,12 @@ class Runner {
   /// Ends the chains of a scenario without a trace, before it is deleted.
   void drop_scenario(std::string_view scenario);
 
-  /// Commits a checkpoint of every chain and stops the threads. The chains stay `running` in the store, so that the
-  /// next start takes them up again.
+  /// Commits a checkpoint of every chain and stops the threads. The chains stay `running` in the store, so
+  /// that the next start takes them up again.
   void drain();
 
   struct Counters {
-    std::uint64_t iterations = 0;   ///< since the start of the process
+    std::uint64_t iterations = 0;  ///< since the start of the process
     std::uint64_t samples = 0;
     std::uint64_t simulations = 0;
     std::uint64_t failed_simulations = 0;
@@ -75,7 +79,7 @@ class Runner {
  private:
   enum class Wish { run, pause, stop, drop };
   struct Live {
-    std::string id;        // as in run->record(), but readable while a slice is under way
+    std::string id;  // as in run->record(), but readable while a slice is under way
     std::string scenario;
     std::unique_ptr<ChainRun> run;
     Wish wish = Wish::run;
@@ -84,7 +88,8 @@ class Runner {
     std::chrono::steady_clock::time_point committed_at{};
   };
   class Turn;
-  using Performers = std::vector<std::pair<std::shared_ptr<const Scenario>, std::unique_ptr<Scenario::Performer>>>;
+  using Performers =
+      std::vector<std::pair<std::shared_ptr<const Scenario>, std::unique_ptr<Scenario::Performer>>>;
 
   void work();
   std::shared_ptr<Live> next_chain();

@@ -1,11 +1,10 @@
 // `retake sample`: the daemon's job without a daemon - the same chain, the same samples, the same digests.
-#include <unistd.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <unistd.h>
 
 #include "server/chain_run.h"
 #include "server/command_line.h"
@@ -64,7 +63,8 @@ Exit sample(const SampleOptions& options) {
     for (const NewSample& each : run.take_progress().samples) {
       ++found;
       json view = sample_json(each.record);
-      for (const char* stored_only : {"created_at", "plays", "weight"}) view.erase(stored_only);
+      for (const char* stored_only : {"created_at", "plays", "weight"})
+        view.erase(stored_only);
       if (!options.out.empty()) {
         const std::filesystem::path path = std::filesystem::path(options.out) / (each.record.id + ".json");
         const KeyframeHead head{.sample = each.record.id,
@@ -76,8 +76,8 @@ Exit sample(const SampleOptions& options) {
       if (options.json)
         std::cout << view.dump() << '\n';
       else if (!terminal || !options.out.empty())
-        std::cout << each.record.id << "  " << each.record.digest << (options.out.empty() ? "" : "  " + view.value("file", ""))
-                  << '\n';
+        std::cout << each.record.id << "  " << each.record.digest
+                  << (options.out.empty() ? "" : "  " + view.value("file", "")) << '\n';
     }
     const ChainCounters& counters = run.record().counters;
     if (terminal)
@@ -86,7 +86,8 @@ Exit sample(const SampleOptions& options) {
                    static_cast<unsigned long long>(counters.iteration), counters.iterations_per_second);
   }
   if (terminal) std::fputc('\n', stderr);
-  if (options.json) std::cout << json({{"chain", chain_json(run.record())}, {"ended_by", run.ended_by()}}).dump() << '\n';
+  if (options.json)
+    std::cout << json({{"chain", chain_json(run.record())}, {"ended_by", run.ended_by()}}).dump() << '\n';
   std::cout.flush();
   if (found >= options.count) return Exit::done;
   std::fprintf(stderr, "retake: gave up with %llu of %llu samples\n", static_cast<unsigned long long>(found),

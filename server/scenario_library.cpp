@@ -7,7 +7,9 @@
 
 namespace retake {
 
-std::string scenario_id(const nlohmann::json& document) { return digest_identifier(document.dump(), 20); }
+std::string scenario_id(const nlohmann::json& document) {
+  return digest_identifier(document.dump(), 20);
+}
 
 ScenarioRecord new_scenario_record(const Scenario& scenario) {
   ScenarioRecord record;

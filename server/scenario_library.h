@@ -13,14 +13,15 @@
 
 namespace retake {
 
-/// The id of a scenario: 20 characters of the SHA-256 of its document, so that equal documents have equal ids.
+/// The id of a scenario: 20 characters of the SHA-256 of its document, so that equal documents have equal
+/// ids.
 std::string scenario_id(const nlohmann::json& document);
 
 /// The record of a scenario that is new. `created_at` is now.
 ScenarioRecord new_scenario_record(const Scenario& scenario);
 
-/// Compiles a stored document. Throws: std::runtime_error if this build cannot run it any more (its world is gone,
-/// has another version, or refuses the document).
+/// Compiles a stored document. Throws: std::runtime_error if this build cannot run it any more (its world is
+/// gone, has another version, or refuses the document).
 std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record);
 
 /// Thread safety: every method may be called from any thread.

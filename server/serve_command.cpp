@@ -1,11 +1,10 @@
 // `retake serve`: puts the daemon's parts together and takes them apart again.
-#include <csignal>
-#include <pthread.h>
-
 #include <algorithm>
 #include <cctype>
+#include <csignal>
 #include <cstdio>
 #include <fstream>
+#include <pthread.h>
 #include <sstream>
 #include <string_view>
 #include <thread>
@@ -27,14 +26,16 @@ struct Address {
 /// "127.0.0.1:8080" or "[::1]:8080".
 Address read_address(const std::string& text) {
   const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0) throw ConfigurationError("--listen wants ADDRESS:PORT, got " + text);
+  if (colon == std::string::npos || colon == 0)
+    throw ConfigurationError("--listen wants ADDRESS:PORT, got " + text);
   std::string host = text.substr(0, colon);
   if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   const std::string port = text.substr(colon + 1);
-  const bool digits = !port.empty() && port.size() <= 5 && std::all_of(port.begin(), port.end(), [](char character) {
-    return character >= '0' && character <= '9';
-  });
-  if (!digits || std::stoi(port) > 65535) throw ConfigurationError("--listen wants a port from 0 to 65535, got " + port);
+  const bool digits = !port.empty() && port.size() <= 5 &&
+                      std::all_of(port.begin(), port.end(),
+                                  [](char character) { return character >= '0' && character <= '9'; });
+  if (!digits || std::stoi(port) > 65535)
+    throw ConfigurationError("--listen wants a port from 0 to 65535, got " + port);
   return {std::move(host), std::stoi(port)};
 }
 
@@ -68,7 +69,8 @@ HttpSettings http_settings(const ServeOptions& options) {
   settings.allowed_hosts = split(options.allow_hosts);
   settings.allowed_origins = split(options.allow_origins);
   if (settings.token.empty() && !is_loopback(address.host))
-    throw ConfigurationError("--listen " + options.listen + " can be reached from other machines: give a --token");
+    throw ConfigurationError("--listen " + options.listen +
+                             " can be reached from other machines: give a --token");
   try {
     const HttpGuard guard(settings);
   } catch (const std::runtime_error& fault) {
@@ -105,9 +107,11 @@ sigset_t block_end_signals() {
 Exit serve(const ServeOptions& options) {
   const HttpSettings settings = http_settings(options);
   const sigset_t signals = block_end_signals();
-  const bool fits_cookie = std::all_of(settings.token.begin(), settings.token.end(), [](unsigned char character) {
-    return std::isalnum(character) || std::string_view("-._~+/=").find(static_cast<char>(character)) != std::string_view::npos;
-  });
+  const bool fits_cookie =
+      std::all_of(settings.token.begin(), settings.token.end(), [](unsigned char character) {
+        return std::isalnum(character) ||
+               std::string_view("-._~+/=").find(static_cast<char>(character)) != std::string_view::npos;
+      });
   if (!fits_cookie) throw ConfigurationError("--token may hold letters, digits and -._~+/= only");
 
   // The address first: a second daemon by mistake should not touch the store.
@@ -131,13 +135,19 @@ Exit serve(const ServeOptions& options) {
   Runner runner(store, library, events,
                 {.threads = options.threads == 0 ? cores : options.threads,
                  .most_samples_per_scenario = options.max_samples});
-  Api api{.store = store, .library = library, .events = events, .runner = runner, .limits = limits, .server = server};
+  Api api{.store = store,
+          .library = library,
+          .events = events,
+          .runner = runner,
+          .limits = limits,
+          .server = server};
   add_all_routes(server, api);
   runner.resume_stored();
   if (!options.no_examples) add_examples(api);
 
   const bool is_ipv6 = settings.address.find(':') != std::string::npos;
-  std::printf("Retake is at http://%s:%d/\n", (is_ipv6 ? "[" + settings.address + "]" : settings.address).c_str(), port);
+  std::printf("Retake is at http://%s:%d/\n",
+              (is_ipv6 ? "[" + settings.address + "]" : settings.address).c_str(), port);
   std::fflush(stdout);
 
   // A first signal ends the daemon in good order. The thread waits for one until the process ends.

@@ -19,7 +19,8 @@ using nlohmann::json;
 constexpr std::size_t kPage = 500;
 
 /// Calls `visit` for every sample of a scenario, oldest first, until it says false.
-void each_sample(const Store& store, const std::string& scenario, const std::function<bool(const SampleRecord&)>& visit) {
+void each_sample(const Store& store, const std::string& scenario,
+                 const std::function<bool(const SampleRecord&)>& visit) {
   std::string cursor;
   do {
     const Page<SampleRecord> page = store.samples(scenario, SampleOrder::oldest, kPage, cursor);
@@ -33,7 +34,8 @@ void each_scenario(const Store& store, const std::function<void(const ScenarioRe
   std::string cursor;
   do {
     const Page<ScenarioRecord> page = store.scenarios(kPage, cursor);
-    for (const ScenarioRecord& record : page.records) visit(record);
+    for (const ScenarioRecord& record : page.records)
+      visit(record);
     cursor = page.next_cursor;
   } while (!cursor.empty());
 }
@@ -105,7 +107,8 @@ Exit export_samples(const ExportOptions& options) {
   each_sample(store, scenario->id, [&](const SampleRecord& record) {
     const auto bytes = store.sample_animation(record.id);
     if (!bytes) return true;  // deleted meanwhile
-    const KeyframeHead head{.sample = record.id, .world = scenario->world, .world_version = scenario->world_version};
+    const KeyframeHead head{
+        .sample = record.id, .world = scenario->world, .world_version = scenario->world_version};
     const std::filesystem::path path = std::filesystem::path(options.out) / (record.id + ".json");
     std::ofstream file(path, std::ios::binary);
     file << keyframes_json(decode_animation(*bytes), head, options.rate).dump() << '\n';
@@ -113,7 +116,8 @@ Exit export_samples(const ExportOptions& options) {
     if (!file) throw std::runtime_error("cannot write " + path.string());
     return ++written != options.limit;
   });
-  std::printf("%llu keyframe documents in %s\n", static_cast<unsigned long long>(written), options.out.c_str());
+  std::printf("%llu keyframe documents in %s\n", static_cast<unsigned long long>(written),
+              options.out.c_str());
   return Exit::done;
 }
 
@@ -151,14 +155,15 @@ Exit check(const std::string& path) {
 
 Exit list_worlds(bool as_json) {
   json views = json::array();
-  for (const World* world : worlds()) views.push_back(world_json(*world));
+  for (const World* world : worlds())
+    views.push_back(world_json(*world));
   if (as_json) {
     std::cout << json({{"worlds", views}}).dump(2) << '\n';
     return Exit::done;
   }
   for (const json& world : views) {
-    std::cout << world.value("name", "") << " (version " << world["version"] << "): " << world.value("summary", "")
-              << "\n  model\n";
+    std::cout << world.value("name", "") << " (version " << world["version"]
+              << "): " << world.value("summary", "") << "\n  model\n";
     for (const auto& [name, field] : world["model"]["properties"].items())
       std::cout << "    " << name << " = " << field.value("default", json()).dump()
                 << (field.contains("x-unit") ? " " + field.value("x-unit", "") : "") << "  "
@@ -168,20 +173,25 @@ Exit list_worlds(bool as_json) {
       std::cout << "    " << term.value("kind", "") << ": " << term.value("summary", "") << '\n';
       for (const auto& [name, field] : term["schema"]["properties"].items())
         if (name != "kind")
-          std::cout << "      " << name << (field.contains("default") ? " = " + field["default"].dump() : " (required)")
-                    << "  " << field.value("description", "") << '\n';
+          std::cout << "      " << name
+                    << (field.contains("default") ? " = " + field["default"].dump() : " (required)") << "  "
+                    << field.value("description", "") << '\n';
     }
   }
   return Exit::done;
 }
 
-std::string version_text() { return RETAKE_VERSION; }
+std::string version_text() {
+  return RETAKE_VERSION;
+}
 
 Exit show_version(bool as_json) {
   json names = json::object();
-  for (const World* world : worlds()) names[std::string(world->name())] = world->version();
+  for (const World* world : worlds())
+    names[std::string(world->name())] = world->version();
   if (as_json)
-    std::cout << json({{"version", version_text()}, {"compiler", __VERSION__}, {"worlds", names}}).dump() << '\n';
+    std::cout << json({{"version", version_text()}, {"compiler", __VERSION__}, {"worlds", names}}).dump()
+              << '\n';
   else
     std::cout << "retake " << version_text() << " (g++ " << __VERSION__ << ")\n";
   return Exit::done;

@@ -14,7 +14,8 @@ Trace::Trace(std::size_t measures, const std::vector<std::string>& blocks) : Tra
       stride_ = in.get<std::uint64_t>();
       std::vector<double> numbers;
       in.get_numbers(numbers);
-      if (stride_ == 0 || numbers.size() % width_ != 0 || !in.at_end()) throw std::out_of_range("wrong width");
+      if (stride_ == 0 || numbers.size() % width_ != 0 || !in.at_end())
+        throw std::out_of_range("wrong width");
       values_.insert(values_.end(), numbers.begin(), numbers.end());
     }
   } catch (const std::out_of_range& fault) {

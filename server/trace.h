@@ -1,6 +1,6 @@
 // Trace: how a chain went, in a bounded number of evenly spaced iterations; figures 2, 6 and 7 of the paper.
-// When it is full, every second point is dropped and the stride doubles, so the points depend on the chain alone.
-// It must not know the store, which keeps its blocks as bytes.
+// When it is full, every second point is dropped and the stride doubles, so the points depend on the chain
+// alone. It must not know the store, which keeps its blocks as bytes.
 #pragma once
 
 #include <cstddef>

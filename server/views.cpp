@@ -13,7 +13,9 @@ namespace {
 using nlohmann::json;
 
 /// JSON has no NaN and no infinity.
-json finite(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+json finite(double value) {
+  return std::isfinite(value) ? json(value) : json(nullptr);
+}
 
 void put(json& object, const char* key, const std::optional<std::uint64_t>& value) {
   if (value) object[key] = *value;
@@ -27,13 +29,16 @@ json stop_json(const StopRule& stop) {
   return rule;
 }
 
-json parsed(const std::string& text) { return text.empty() ? json::object() : json::parse(text); }
+json parsed(const std::string& text) {
+  return text.empty() ? json::object() : json::parse(text);
+}
 
 }  // namespace
 
 json measures_json(const std::vector<std::string>& names, std::span<const double> values) {
   json measures = json::object();
-  for (std::size_t i = 0; i < names.size(); ++i) measures[names[i]] = finite(values[i]);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    measures[names[i]] = finite(values[i]);
   return measures;
 }
 
@@ -44,7 +49,8 @@ json world_json(const World& world) {
     schema["properties"]["kind"] = {{"const", kind.kind}};
     json required = json::array({"kind"});
     if (schema.contains("required"))
-      for (const json& name : schema["required"]) required.push_back(name);
+      for (const json& name : schema["required"])
+        required.push_back(name);
     schema["required"] = std::move(required);
     constraints.push_back({{"kind", kind.kind}, {"summary", kind.summary}, {"schema", std::move(schema)}});
   }
@@ -138,13 +144,15 @@ json trace_json(const Trace& trace, const std::vector<std::string>& measure_name
     log_prior.push_back(finite(point.log_prior));
     log_constraint.push_back(finite(point.log_constraint));
     satisfied.push_back(point.satisfied);
-    for (std::size_t k = 0; k < measures.size(); ++k) measures[k].push_back(finite(point.measures[k]));
+    for (std::size_t k = 0; k < measures.size(); ++k)
+      measures[k].push_back(finite(point.measures[k]));
   }
   json view = {{"iteration", std::move(iteration)},
                {"log_prior", std::move(log_prior)},
                {"log_constraint", std::move(log_constraint)},
                {"satisfied", std::move(satisfied)}};
-  for (std::size_t k = 0; k < measures.size(); ++k) view[measure_names[k]] = std::move(measures[k]);
+  for (std::size_t k = 0; k < measures.size(); ++k)
+    view[measure_names[k]] = std::move(measures[k]);
   return view;
 }
 

@@ -26,7 +26,8 @@ nlohmann::json sample_json(const SampleRecord& record);
 /// {name: value}, null for absent Variables.
 nlohmann::json variables_json(const Model& model, const State& state);
 /// Equal-length arrays of at most `points` evenly chosen points.
-nlohmann::json trace_json(const Trace& trace, const std::vector<std::string>& measure_names, std::size_t points);
+nlohmann::json trace_json(const Trace& trace, const std::vector<std::string>& measure_names,
+                          std::size_t points);
 
 /// What a keyframe document says of the sample itself.
 struct KeyframeHead {
@@ -34,7 +35,8 @@ struct KeyframeHead {
   std::string world;
   int world_version = 1;
 };
-/// The keyframe document retake.keyframes/1. `rate` 0 keeps the animation's own rate; another one resamples it.
+/// The keyframe document retake.keyframes/1. `rate` 0 keeps the animation's own rate; another one resamples
+/// it.
 nlohmann::json keyframes_json(const Animation& animation, const KeyframeHead& head, double rate = 0);
 
 /// RFC 3339 in UTC with milliseconds.

@@ -13,7 +13,9 @@ namespace {
 class Digest {
  public:
   Digest() { XXH3_128bits_reset(&state_); }
-  void add(const double* values, std::size_t count) { XXH3_128bits_update(&state_, values, count * sizeof(double)); }
+  void add(const double* values, std::size_t count) {
+    XXH3_128bits_update(&state_, values, count * sizeof(double));
+  }
   void add(double value) { add(&value, 1); }
   void add(const Pose& pose) {
     add(pose.position.data(), 3);

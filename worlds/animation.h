@@ -27,8 +27,8 @@ struct Cylinder {  ///< along y, centred
   double radius;   ///< [m]
   double height;   ///< [m]
 };
-struct Revolution {                             ///< around y
-  std::vector<std::array<double, 2>> profile;   ///< [m] (radius, y) from one end to the other
+struct Revolution {                            ///< around y
+  std::vector<std::array<double, 2>> profile;  ///< [m] (radius, y) from one end to the other
 };
 struct Mesh {
   std::vector<double> positions;       ///< [m] x, y, z of every vertex
@@ -37,37 +37,37 @@ struct Mesh {
 using Shape = std::variant<Sphere, Box, Cylinder, Revolution, Mesh>;
 
 struct Pose {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();               ///< [m]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m]
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
 
 struct Body {
   std::string name;
   Shape shape;
-  std::string colour;                ///< "#rrggbb"
+  std::string colour;                  ///< "#rrggbb"
   std::optional<std::size_t> track{};  ///< which of Animation::tracks it follows; none: it stands still
-  Pose pose{};                       ///< of a body that stands still
+  Pose pose{};                         ///< of a body that stands still
 };
 
 /// The poses of one moving body, a frame each 1/rate seconds from time 0.
 struct Track {
-  Pose rest;                                              ///< in which the animation ends
-  Eigen::Matrix<double, 3, Eigen::Dynamic> positions;     ///< [m]
-  Eigen::Matrix<double, 4, Eigen::Dynamic> rotations;     ///< x, y, z, w; successive ones in one hemisphere
+  Pose rest;                                           ///< in which the animation ends
+  Eigen::Matrix<double, 3, Eigen::Dynamic> positions;  ///< [m]
+  Eigen::Matrix<double, 4, Eigen::Dynamic> rotations;  ///< x, y, z, w; successive ones in one hemisphere
 };
 
 struct ContactEvent {
-  double time = 0;                  ///< [s]
-  std::array<std::size_t, 2> bodies{};  ///< which of Animation::bodies
-  double impulse = 0;               ///< [N s]
+  double time = 0;                                     ///< [s]
+  std::array<std::size_t, 2> bodies{};                 ///< which of Animation::bodies
+  double impulse = 0;                                  ///< [N s]
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] of the point of contact
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit vector that pushes the first body
 };
 
 /// Reused by simulators: a simulation that is only scored writes the rests and events but not the frames.
 struct Animation {
-  double rate = 60;         ///< [frames/s]
-  std::size_t frames = 0;   ///< at least 1 once recorded
+  double rate = 60;        ///< [frames/s]
+  std::size_t frames = 0;  ///< at least 1 once recorded
   std::vector<Body> bodies;
   std::vector<Track> tracks;
   std::vector<ContactEvent> events;  ///< in order of time
@@ -75,7 +75,8 @@ struct Animation {
   double duration() const { return frames == 0 ? 0 : static_cast<double>(frames - 1) / rate; }
 };
 
-/// 128 bits of the State and of every pose and event, as 32 hexadecimal digits: equal digests mean the same motion.
+/// 128 bits of the State and of every pose and event, as 32 hexadecimal digits: equal digests mean the same
+/// motion.
 std::string digest(const State& state, const Animation& animation);
 
 }  // namespace retake

@@ -15,11 +15,12 @@ namespace retake {
 namespace {
 
 constexpr std::uint8_t kVersion = 1;
-constexpr int kCompressionLevel = 1;            // measured: higher levels gain under 5 % here
+constexpr int kCompressionLevel = 1;              // measured: higher levels gain under 5 % here
 constexpr double kPositionQuantum = 1.0 / 16384;  // [m]: errors up to 0.031 mm a component
 constexpr double kRotationQuantum = 1.0 / 8192;   // errors up to 0.014 degree
 constexpr double kLargestScaled = 0x1p60;         // so that second differences stay within 64 bits
-constexpr std::size_t kLargestRecord = std::size_t{1} << 28;  // bytes when unpacked; chosen far above any animation
+constexpr std::size_t kLargestRecord = std::size_t{1}
+                                       << 28;  // bytes when unpacked; chosen far above any animation
 
 // --- Numbers of a track: the second difference of the quantised values, which is small for smooth motion ---
 
@@ -56,21 +57,26 @@ void get_frames(ByteReader& in, Matrix& values, double quantum) {
 }
 
 /// Quaternions with their signs chosen so that successive ones lie in one hemisphere.
-Eigen::Matrix<double, 4, Eigen::Dynamic> in_one_hemisphere(Eigen::Matrix<double, 4, Eigen::Dynamic> rotations) {
+Eigen::Matrix<double, 4, Eigen::Dynamic> in_one_hemisphere(
+    Eigen::Matrix<double, 4, Eigen::Dynamic> rotations) {
   for (Eigen::Index frame = 1; frame < rotations.cols(); ++frame)
     if (rotations.col(frame).dot(rotations.col(frame - 1)) < 0) rotations.col(frame) *= -1;
   return rotations;
 }
 
 void put_pose(ByteWriter& out, const Pose& pose) {
-  for (const double value : pose.position) out.put(value);
-  for (const double value : pose.rotation.coeffs()) out.put(value);
+  for (const double value : pose.position)
+    out.put(value);
+  for (const double value : pose.rotation.coeffs())
+    out.put(value);
 }
 
 Pose get_pose(ByteReader& in) {
   Pose pose;
-  for (double& value : pose.position) value = in.get<double>();
-  for (double& value : pose.rotation.coeffs()) value = in.get<double>();
+  for (double& value : pose.position)
+    value = in.get<double>();
+  for (double& value : pose.rotation.coeffs())
+    value = in.get<double>();
   return pose;
 }
 
@@ -81,7 +87,8 @@ void put_shape(ByteWriter& out, const Shape& shape) {
   if (const auto* sphere = std::get_if<Sphere>(&shape)) {
     out.put(sphere->radius);
   } else if (const auto* box = std::get_if<Box>(&shape)) {
-    for (const double value : box->half_extents) out.put(value);
+    for (const double value : box->half_extents)
+      out.put(value);
   } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
     out.put(cylinder->radius);
     out.put(cylinder->height);
@@ -93,13 +100,16 @@ void put_shape(ByteWriter& out, const Shape& shape) {
     }
   } else if (const auto* mesh = std::get_if<Mesh>(&shape)) {
     out.put(static_cast<std::uint32_t>(mesh->positions.size()));
-    for (const double value : mesh->positions) out.put(static_cast<float>(value));
+    for (const double value : mesh->positions)
+      out.put(static_cast<float>(value));
     out.put(static_cast<std::uint32_t>(mesh->indices.size()));
-    for (const std::uint32_t index : mesh->indices) out.put_varint(index);
+    for (const std::uint32_t index : mesh->indices)
+      out.put_varint(index);
   }
 }
 
-/// A count of things of at least `least_bytes` each, so that a damaged count cannot ask for more than there is.
+/// A count of things of at least `least_bytes` each, so that a damaged count cannot ask for more than there
+/// is.
 std::uint32_t get_count(ByteReader& in, std::size_t least_bytes) {
   const auto count = in.get<std::uint32_t>();
   if (count * least_bytes > in.remaining()) throw std::out_of_range("a count is too large");
@@ -108,10 +118,12 @@ std::uint32_t get_count(ByteReader& in, std::size_t least_bytes) {
 
 Shape get_shape(ByteReader& in) {
   switch (in.get<std::uint8_t>()) {
-    case 0: return Sphere{in.get<double>()};
+    case 0:
+      return Sphere{in.get<double>()};
     case 1: {
       Box box;
-      for (double& value : box.half_extents) value = in.get<double>();
+      for (double& value : box.half_extents)
+        value = in.get<double>();
       return box;
     }
     case 2: {
@@ -130,12 +142,15 @@ Shape get_shape(ByteReader& in) {
     case 4: {
       Mesh mesh;
       mesh.positions.resize(get_count(in, 4));
-      for (double& value : mesh.positions) value = in.get<float>();
+      for (double& value : mesh.positions)
+        value = in.get<float>();
       mesh.indices.resize(get_count(in, 1));
-      for (std::uint32_t& index : mesh.indices) index = static_cast<std::uint32_t>(in.get_varint());
+      for (std::uint32_t& index : mesh.indices)
+        index = static_cast<std::uint32_t>(in.get_varint());
       return mesh;
     }
-    default: throw std::out_of_range("an unknown shape");
+    default:
+      throw std::out_of_range("an unknown shape");
   }
 }
 
@@ -163,10 +178,13 @@ std::string pack(const Animation& animation) {
   out.put(static_cast<std::uint32_t>(animation.events.size()));
   for (const ContactEvent& event : animation.events) {
     out.put(event.time);
-    for (const std::size_t body : event.bodies) out.put(static_cast<std::uint32_t>(body));
+    for (const std::size_t body : event.bodies)
+      out.put(static_cast<std::uint32_t>(body));
     out.put(static_cast<float>(event.impulse));
-    for (const double value : event.position) out.put(static_cast<float>(value));
-    for (const double value : event.normal) out.put(static_cast<float>(value));
+    for (const double value : event.position)
+      out.put(static_cast<float>(value));
+    for (const double value : event.normal)
+      out.put(static_cast<float>(value));
   }
   return out.take();
 }
@@ -201,13 +219,17 @@ Animation unpack(std::string_view bytes) {
   animation.events.resize(get_count(in, 44));
   for (ContactEvent& event : animation.events) {
     event.time = in.get<double>();
-    for (std::size_t& body : event.bodies) body = in.get<std::uint32_t>();
+    for (std::size_t& body : event.bodies)
+      body = in.get<std::uint32_t>();
     event.impulse = in.get<float>();
-    for (double& value : event.position) value = in.get<float>();
-    for (double& value : event.normal) value = in.get<float>();
+    for (double& value : event.position)
+      value = in.get<float>();
+    for (double& value : event.normal)
+      value = in.get<float>();
   }
   for (const Body& body : animation.bodies)
-    if (body.track && *body.track >= animation.tracks.size()) throw std::out_of_range("a body without its track");
+    if (body.track && *body.track >= animation.tracks.size())
+      throw std::out_of_range("a body without its track");
   for (const ContactEvent& event : animation.events)
     for (const std::size_t body : event.bodies)
       if (body >= animation.bodies.size()) throw std::out_of_range("an event without its body");
@@ -224,8 +246,8 @@ std::string encode_animation(const Animation& animation) {
   thread_local const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
   const std::string packed = pack(animation);
   std::string compressed(ZSTD_compressBound(packed.size()), '\0');
-  const std::size_t size = ZSTD_compressCCtx(context.get(), compressed.data(), compressed.size(), packed.data(),
-                                             packed.size(), kCompressionLevel);
+  const std::size_t size = ZSTD_compressCCtx(context.get(), compressed.data(), compressed.size(),
+                                             packed.data(), packed.size(), kCompressionLevel);
   CHECK(!ZSTD_isError(size), ZSTD_getErrorName(size));
   compressed.resize(size);
   ByteWriter out;

@@ -9,8 +9,8 @@
 namespace retake {
 namespace {
 
-/// Builds a document from parse events and refuses what nlohmann's own parser lets pass: depth, duplicate keys and
-/// numbers beyond a double. It keeps the pointer of the place it is at.
+/// Builds a document from parse events and refuses what nlohmann's own parser lets pass: depth, duplicate
+/// keys and numbers beyond a double. It keeps the pointer of the place it is at.
 class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
  public:
   bool null() override { return add(nullptr); }
@@ -29,9 +29,11 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
     if (levels_.back()->contains(key_)) return refuse("the key occurs twice");
     return true;
   }
-  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& fault) override {
+  bool parse_error(std::size_t position, const std::string&,
+                   const nlohmann::detail::exception& fault) override {
     if (fault.id == 406) return refuse("the number is too large for a double");
-    faults.push_back({"", "not JSON: the text breaks off or is malformed at byte " + std::to_string(position)});
+    faults.push_back(
+        {"", "not JSON: the text breaks off or is malformed at byte " + std::to_string(position)});
     malformed = true;
     return false;
   }
@@ -44,7 +46,8 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
   std::string pointer() const {
     std::string text;
     for (std::size_t level = 0; level < levels_.size(); ++level)
-      text = levels_[level]->is_array() ? append_pointer(text, sizes_[level]) : append_pointer(text, keys_[level]);
+      text = levels_[level]->is_array() ? append_pointer(text, sizes_[level])
+                                        : append_pointer(text, keys_[level]);
     return text;
   }
   bool refuse(std::string detail) {
@@ -95,7 +98,8 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
 
 std::string summary(const std::vector<Fault>& faults) {
   std::string text;
-  for (const Fault& fault : faults) text += (text.empty() ? "" : "; ") + fault.pointer + ": " + fault.detail;
+  for (const Fault& fault : faults)
+    text += (text.empty() ? "" : "; ") + fault.pointer + ": " + fault.detail;
   return text;
 }
 

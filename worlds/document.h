@@ -33,8 +33,9 @@ class InvalidRequest : public std::runtime_error {
 
 inline constexpr int kDeepestDocument = 32;  ///< levels of nesting
 
-/// Parses JSON text. Throws: InvalidRequest for malformed text, for documents nested deeper than kDeepestDocument,
-/// for duplicate keys, for numbers that overflow to infinity and for strings that are not UTF-8.
+/// Parses JSON text. Throws: InvalidRequest for malformed text, for documents nested deeper than
+/// kDeepestDocument, for duplicate keys, for numbers that overflow to infinity and for strings that are not
+/// UTF-8.
 nlohmann::json parse_document(std::string_view text);
 
 /// `pointer` with one more reference token, escaped as RFC 6901 asks.

@@ -22,7 +22,8 @@ json as_json(const Parameter& parameter, double value) {
 
 std::string range(const Parameter& parameter) {
   const bool low = std::isfinite(parameter.minimum), high = std::isfinite(parameter.maximum);
-  const std::string from = (parameter.above_minimum ? "above " : "at least ") + plain_number(parameter.minimum);
+  const std::string from =
+      (parameter.above_minimum ? "above " : "at least ") + plain_number(parameter.minimum);
   const std::string to = "at most " + plain_number(parameter.maximum);
   return low && high ? from + " and " + to : low ? from : to;
 }
@@ -56,7 +57,9 @@ double Parameters::number(std::string_view name) const {
   return found->get<double>();
 }
 
-std::int64_t Parameters::integer(std::string_view name) const { return static_cast<std::int64_t>(number(name)); }
+std::int64_t Parameters::integer(std::string_view name) const {
+  return static_cast<std::int64_t>(number(name));
+}
 
 Parameters ParameterTable::read(const json& object, std::string_view pointer, std::vector<Fault>& faults,
                                 const std::vector<std::string>& ignored) const {
@@ -66,7 +69,8 @@ Parameters ParameterTable::read(const json& object, std::string_view pointer, st
     faults.push_back({std::string(pointer), "expected an object, got " + std::string(object.type_name())});
   for (const Parameter& parameter : parameters_) {
     const auto given = is_object ? object.find(parameter.name) : object.end();
-    const double fallback = parameter.default_value.value_or(std::isfinite(parameter.minimum) ? parameter.minimum : 0);
+    const double fallback =
+        parameter.default_value.value_or(std::isfinite(parameter.minimum) ? parameter.minimum : 0);
     filled[parameter.name] = as_json(parameter, fallback);
     if (!is_object) continue;
     if (given == object.end()) {
@@ -96,7 +100,8 @@ json ParameterTable::schema() const {
                      {"description", parameter.summary}};
     if (parameter.default_value) property["default"] = as_json(parameter, *parameter.default_value);
     if (std::isfinite(parameter.minimum))
-      property[parameter.above_minimum ? "exclusiveMinimum" : "minimum"] = as_json(parameter, parameter.minimum);
+      property[parameter.above_minimum ? "exclusiveMinimum" : "minimum"] =
+          as_json(parameter, parameter.minimum);
     if (std::isfinite(parameter.maximum)) property["maximum"] = as_json(parameter, parameter.maximum);
     if (!parameter.unit.empty()) property["x-unit"] = parameter.unit;
     if (!parameter.source.empty()) property["x-source"] = parameter.source;

@@ -1,5 +1,5 @@
-// ParameterTable: the fields of a JSON object - their types, ranges, defaults and words - written once. Reading a
-// document and publishing its JSON Schema both come from this table. It must not know any world.
+// ParameterTable: the fields of a JSON object - their types, ranges, defaults and words - written once.
+// Reading a document and publishing its JSON Schema both come from this table. It must not know any world.
 #pragma once
 
 #include <limits>
@@ -23,9 +23,9 @@ struct Parameter {
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
   bool above_minimum = false;  ///< the minimum itself is refused
-  std::string unit{};            ///< "" for a pure number
+  std::string unit{};          ///< "" for a pure number
   std::string summary{};
-  std::string source{};          ///< where the default comes from: a section of the paper, or "chosen" and why
+  std::string source{};  ///< where the default comes from: a section of the paper, or "chosen" and why
 };
 
 /// An object that a ParameterTable has read: every field is there and in its range.
@@ -44,14 +44,15 @@ class ParameterTable {
  public:
   explicit ParameterTable(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {}
 
-  /// Fills in the defaults. Appends a fault, with its JSON Pointer below `pointer`, for everything that is wrong:
-  /// not an object, unknown fields, missing ones, wrong types, numbers out of range. What a faulty field holds in the
-  /// result is its default, or its minimum.
-  /// `ignored` names fields that the caller reads itself.
+  /// Fills in the defaults. Appends a fault, with its JSON Pointer below `pointer`, for everything that is
+  /// wrong: not an object, unknown fields, missing ones, wrong types, numbers out of range. What a faulty
+  /// field holds in the result is its default, or its minimum. `ignored` names fields that the caller reads
+  /// itself.
   Parameters read(const nlohmann::json& object, std::string_view pointer, std::vector<Fault>& faults,
                   const std::vector<std::string>& ignored = {}) const;
 
-  /// JSON Schema (2020-12) of the object, with default, unit ("x-unit") and source ("x-source") of every field.
+  /// JSON Schema (2020-12) of the object, with default, unit ("x-unit") and source ("x-source") of every
+  /// field.
   nlohmann::json schema() const;
 
  private:

@@ -11,12 +11,13 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kLongestTitle = 200;     // characters; chosen: fits a heading
-constexpr std::size_t kMostConstraints = 32;   // chosen: more than any scene needs
+constexpr std::size_t kLongestTitle = 200;    // characters; chosen: fits a heading
+constexpr std::size_t kMostConstraints = 32;  // chosen: more than any scene needs
 
 std::string list_of_names(const std::vector<std::string>& names) {
   std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  for (const std::string& name : names)
+    text += (text.empty() ? "" : ", ") + name;
   return text;
 }
 
@@ -52,8 +53,8 @@ const TermKind* read_kind(const World& world, const json& constraint, const std:
     offered.push_back(kind.kind);
   }
   faults.push_back({append_pointer(pointer, "kind"),
-                    std::string(given == constraint.end() ? "is required" : "is not a kind of this world") + "; " +
-                        std::string(world.name()) + " offers " + list_of_names(offered)});
+                    std::string(given == constraint.end() ? "is required" : "is not a kind of this world") +
+                        "; " + std::string(world.name()) + " offers " + list_of_names(offered)});
   return nullptr;
 }
 
@@ -79,14 +80,16 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document) {
 
   // The world comes first: without it nothing else can be judged.
   std::vector<std::string> names;
-  for (const World* world : worlds()) names.emplace_back(world->name());
+  for (const World* world : worlds())
+    names.emplace_back(world->name());
   const auto given_world = document.find("world");
   const World* world = given_world != document.end() && given_world->is_string()
                            ? find_world(given_world->get_ref<const std::string&>())
                            : nullptr;
   if (!world) {
-    faults.push_back({"/world", std::string(given_world == document.end() ? "is required" : "is not a world") +
-                                    "; there are " + list_of_names(names)});
+    faults.push_back(
+        {"/world", std::string(given_world == document.end() ? "is required" : "is not a world") +
+                       "; there are " + list_of_names(names)});
     throw InvalidRequest(std::move(faults));
   }
 
@@ -132,7 +135,8 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document) {
                          {"title", scenario->title_},
                          {"model", model.document()},
                          {"constraints", std::move(filled)}};
-  Target target{.model = scenario->scene_->model(), .kernels = scenario->scene_->kernels(Ratios::exact),
+  Target target{.model = scenario->scene_->model(),
+                .kernels = scenario->scene_->kernels(Ratios::exact),
                 .measure_names = {}};
   add_measure_names(target.measure_names, scenario->scene_->measure_names());
   for (const auto& term : scenario->terms_) {
@@ -147,7 +151,9 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document) {
   return scenario;
 }
 
-std::unique_ptr<Scenario::Performer> Scenario::make_performer() const { return std::make_unique<Performer>(*this); }
+std::unique_ptr<Scenario::Performer> Scenario::make_performer() const {
+  return std::make_unique<Performer>(*this);
+}
 
 Scenario::Performer::Performer(const Scenario& scenario)
     : scenario_(scenario),
@@ -171,13 +177,14 @@ SimulationOutcome Scenario::Performer::simulate(const State& candidate, const Si
 Scenario::Performer::Take Scenario::Performer::perform(const State& state) {
   Take take{.animation = recorded_, .score = {}, .complete = false};
   take.score.measures.assign(scenario_.measure_names().size(), kAbsent);
-  const SimulationOutcome outcome = physics_->simulate(state, {.frames = true}, recorded_,
-                                                       std::span(take.score.measures).first(physics_measures_));
+  const SimulationOutcome outcome = physics_->simulate(
+      state, {.frames = true}, recorded_, std::span(take.score.measures).first(physics_measures_));
   take.complete = outcome.end == SimulationEnd::complete;
   if (!take.complete) return take;
   score_terms(recorded_, take.score);
   for (const auto& term : scenario_.terms_)
-    for (Body& marker : term->markers()) recorded_.bodies.push_back(std::move(marker));
+    for (Body& marker : term->markers())
+      recorded_.bodies.push_back(std::move(marker));
   return take;
 }
 

@@ -1,5 +1,5 @@
-// Scenario: a world, its model's parameters and constraint terms, read from a document and ready to be sampled.
-// DESIGN section 1. It must not know chains' progress, the store or HTTP.
+// Scenario: a world, its model's parameters and constraint terms, read from a document and ready to be
+// sampled. DESIGN section 1. It must not know chains' progress, the store or HTTP.
 #pragma once
 
 #include <memory>
@@ -22,11 +22,14 @@ class Scenario {
 
   const World& world() const { return *world_; }
   const std::string& title() const { return title_; }
-  /// {"world","world_version","title","model","constraints"} with every default; equal scenarios have equal documents.
+  /// {"world","world_version","title","model","constraints"} with every default; equal scenarios have equal
+  /// documents.
   const nlohmann::json& document() const { return document_; }
   const Model& model() const { return *scene_->model(); }
   /// What chains with these ratios walk on.
-  std::shared_ptr<const Target> target(Ratios ratios) const { return ratios == Ratios::exact ? exact_ : paper_; }
+  std::shared_ptr<const Target> target(Ratios ratios) const {
+    return ratios == Ratios::exact ? exact_ : paper_;
+  }
   const std::vector<std::string>& measure_names() const { return exact_->measure_names; }
   /// A simulator for one thread. Requires: the scenario outlives it.
   class Performer;

@@ -1,5 +1,6 @@
 // Term: one constraint of a scenario; p_c is the product of its terms.
-// Paper, section 3.2; DESIGN section 4. A term reads the Animation alone and must not know which world made it.
+// Paper, section 3.2; DESIGN section 4. A term reads the Animation alone and must not know which world made
+// it.
 #pragma once
 
 #include <functional>
@@ -26,7 +27,8 @@ class Term {
   virtual std::vector<std::string> measure_names() const { return {}; }
   /// True if the term reads the frames of the tracks, not only rests and events.
   virtual bool reads_frames() const { return false; }
-  /// Scores a finished animation and writes its measures. Requires: measures.size() == measure_names().size().
+  /// Scores a finished animation and writes its measures. Requires: measures.size() ==
+  /// measure_names().size().
   virtual TermScore score(const Animation& animation, std::span<double> measures) const = 0;
   /// An upper bound of the log density of every way in which an unfinished animation may go on.
   virtual double upper_bound(const Animation& so_far) const {
@@ -42,7 +44,8 @@ struct TermKind {
   std::string kind;
   std::string summary;
   ParameterTable parameters;
-  /// Makes the term; appends faults, with pointers below `pointer`, for what only the whole document can tell.
+  /// Makes the term; appends faults, with pointers below `pointer`, for what only the whole document can
+  /// tell.
   std::function<std::unique_ptr<const Term>(const Parameters& parameters, const Parameters& model,
                                             std::string_view pointer, std::vector<Fault>& faults)>
       make;

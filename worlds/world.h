@@ -1,5 +1,5 @@
-// World: a family of scenes - what is uncertain in them, how candidates are proposed, how they move, what can be
-// wished. DESIGN sections 1 and 4. It must not know chains, the store or HTTP.
+// World: a family of scenes - what is uncertain in them, how candidates are proposed, how they move, what can
+// be wished. DESIGN sections 1 and 4. It must not know chains, the store or HTTP.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,8 @@ namespace retake {
 
 /// What a simulation is asked for.
 struct Recording {
-  bool frames = false;  ///< poses at a fixed rate, played until everything rests; else rests and events are enough
+  bool frames =
+      false;  ///< poses at a fixed rate, played until everything rests; else rests and events are enough
   /// Constraint terms that may end the simulation early; empty: it runs to its end.
   std::span<const std::unique_ptr<const Term>> terms{};
   double needed = -std::numeric_limits<double>::infinity();  ///< see SimulationRequest
@@ -34,7 +35,8 @@ class Physics {
  public:
   virtual ~Physics() = default;
   virtual std::unique_ptr<Run> make_run() const { return nullptr; }
-  /// Simulates a State within the model's support. Overwrites `animation` and `measures`, whose memory it reuses.
+  /// Simulates a State within the model's support. Overwrites `animation` and `measures`, whose memory it
+  /// reuses.
   virtual SimulationOutcome simulate(const State& state, const Recording& recording, Animation& animation,
                                      std::span<double> measures) = 0;
 };
@@ -64,7 +66,8 @@ class World {
   /// Scenario documents that show the world; an empty store starts with them.
   virtual std::vector<nlohmann::json> examples() const = 0;
   /// Appends faults, with pointers below "/model", for what only the parameters together can tell.
-  virtual std::shared_ptr<const Scene> make_scene(const Parameters& model, std::vector<Fault>& faults) const = 0;
+  virtual std::shared_ptr<const Scene> make_scene(const Parameters& model,
+                                                  std::vector<Fault>& faults) const = 0;
 };
 
 /// Every world, in the order in which a person should meet them.

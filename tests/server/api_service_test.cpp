@@ -91,6 +91,19 @@ TEST_F(ApiService, The_limits_are_told) {
   EXPECT_EQ(limits["document_depth"], 32);
 }
 
+TEST_F(ApiService, More_chains_than_the_limit_are_refused_and_none_of_the_request_is_stored) {
+  const std::uint64_t most = daemon.get("/v1/limits").json()["live_chains"];
+  const std::string scenario = daemon.add_scenario(wish_document(900, 1e-6));
+  for (std::uint64_t started = 0; started < most; started += 64)
+    ASSERT_EQ(daemon.add_chains(scenario, {{"count", 64}}).size(), 64u);
+  const Answer refused = daemon.post("/v1/scenarios/" + scenario + "/chains", {{"count", 1}});
+  EXPECT_EQ(refused.status, 429);
+  EXPECT_EQ(refused.json()["type"], "/problems/too-many-chains");
+  EXPECT_EQ(differences(refused.json(), "Problem"), "");
+  EXPECT_FALSE(refused.header("retry-after").empty());
+  EXPECT_EQ(daemon.get("/v1/scenarios/" + scenario).json()["chains"]["running"], most);
+}
+
 TEST_F(ApiService, The_page_is_served_with_a_strict_policy) {
   const Answer page = daemon.get("/");
   ASSERT_EQ(page.status, 200);

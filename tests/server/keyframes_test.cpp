@@ -46,7 +46,8 @@ TEST(Keyframes, AtHalfTheRateAreEverySecondFrame) {
   for (std::size_t frame = 0; 2 * frame < animation.frames; ++frame)
     for (std::size_t axis = 0; axis < 3; ++axis)
       EXPECT_NEAR(position[3 * frame + axis].get<double>(),
-                  animation.tracks[0].positions(static_cast<Eigen::Index>(axis), static_cast<Eigen::Index>(2 * frame)),
+                  animation.tracks[0].positions(static_cast<Eigen::Index>(axis),
+                                                static_cast<Eigen::Index>(2 * frame)),
                   1e-5);
 }
 

@@ -9,8 +9,8 @@ namespace retake {
 namespace {
 
 struct Walk {
-  std::shared_ptr<const Scenario> scenario = Scenario::read(
-      {{"world", "ball2d"}, {"constraints", {{{"kind", "rest_position"}, {"x", 1.0}}}}});
+  std::shared_ptr<const Scenario> scenario =
+      Scenario::read({{"world", "ball2d"}, {"constraints", {{{"kind", "rest_position"}, {"x", 1.0}}}}});
   std::unique_ptr<Scenario::Performer> performer = scenario->make_performer();
   Chain chain{scenario->target(Ratios::exact), {.seed = 5, .index = 0, .method = Method::metropolis}};
 
@@ -24,7 +24,8 @@ struct Walk {
 
 std::vector<std::uint64_t> iterations(const Trace& trace) {
   std::vector<std::uint64_t> all;
-  for (std::size_t i = 0; i < trace.size(); ++i) all.push_back(trace.point(i).iteration);
+  for (std::size_t i = 0; i < trace.size(); ++i)
+    all.push_back(trace.point(i).iteration);
   return all;
 }
 
@@ -47,7 +48,8 @@ TEST(Trace, StaysBoundedAndEvenlySpacedOverALongChain) {
   EXPECT_GE(trace.size(), Trace::kMostPoints / 2);
   const std::vector<std::uint64_t> at = iterations(trace);
   const std::uint64_t stride = at[0];
-  for (std::size_t i = 0; i < at.size(); ++i) EXPECT_EQ(at[i], (i + 1) * stride);
+  for (std::size_t i = 0; i < at.size(); ++i)
+    EXPECT_EQ(at[i], (i + 1) * stride);
 }
 
 TEST(Trace, ComesBackFromItsBlocksAsItWasWhereverItWasCut) {

@@ -14,30 +14,65 @@ namespace {
 using nlohmann::json;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kMass = 1;                     // [kg], chosen: only the impulses of contact events depend on it
-constexpr double kFrameRate = 60;               // [frames/s]
-constexpr double kTableHalfLength = 6;          // [m], chosen: holds nearly every bounce
-constexpr std::size_t kBall = 0, kTable = 1;    // in Animation::bodies
+constexpr double kMass = 1;             // [kg], chosen: only the impulses of contact events depend on it
+constexpr double kFrameRate = 60;       // [frames/s]
+constexpr double kTableHalfLength = 6;  // [m], chosen: holds nearly every bounce
+constexpr std::size_t kBall = 0, kTable = 1;  // in Animation::bodies
 
 const ParameterTable& model_table() {
   static const ParameterTable table({
-      {.name = "normal_sd", .default_value = 10 * kDegree, .minimum = 0, .maximum = std::numbers::pi / 4,
-       .above_minimum = true, .unit = "rad",
-       .summary = "Standard deviation of the tilt of the normal at each collision", .source = "3.1: 10 degrees"},
-      {.name = "collisions", .kind = Parameter::Kind::integer, .default_value = 5, .minimum = 1, .maximum = 20,
-       .summary = "Collisions before the contact at which the ball rests", .source = "5.1"},
-      {.name = "drop_height", .default_value = 4.5, .minimum = kRadius, .maximum = 100, .above_minimum = true,
-       .unit = "m", .summary = "Height of the ball's centre at the start; its diameter is 1 m",
+      {.name = "normal_sd",
+       .default_value = 10 * kDegree,
+       .minimum = 0,
+       .maximum = std::numbers::pi / 4,
+       .above_minimum = true,
+       .unit = "rad",
+       .summary = "Standard deviation of the tilt of the normal at each collision",
+       .source = "3.1: 10 degrees"},
+      {.name = "collisions",
+       .kind = Parameter::Kind::integer,
+       .default_value = 5,
+       .minimum = 1,
+       .maximum = 20,
+       .summary = "Collisions before the contact at which the ball rests",
+       .source = "5.1"},
+      {.name = "drop_height",
+       .default_value = 4.5,
+       .minimum = kRadius,
+       .maximum = 100,
+       .above_minimum = true,
+       .unit = "m",
+       .summary = "Height of the ball's centre at the start; its diameter is 1 m",
        .source = "5.1: 4.5 D, read as the height of the centre"},
-      {.name = "restitution", .default_value = 1 / std::numbers::sqrt2, .minimum = 0, .maximum = 1,
-       .above_minimum = true, .summary = "Factor of the normal velocity at a collision", .source = "5.1"},
-      {.name = "gravity", .default_value = 9.81, .minimum = 0, .maximum = 1000, .above_minimum = true,
-       .unit = "m/s^2", .summary = "Gravity; it changes the timing but not the path", .source = "standard gravity"},
-      {.name = "step", .default_value = 5 * kDegree, .minimum = 0, .maximum = std::numbers::pi, .above_minimum = true,
-       .unit = "rad", .summary = "Largest change of a tilt in one proposal of the method metropolis",
+      {.name = "restitution",
+       .default_value = 1 / std::numbers::sqrt2,
+       .minimum = 0,
+       .maximum = 1,
+       .above_minimum = true,
+       .summary = "Factor of the normal velocity at a collision",
+       .source = "5.1"},
+      {.name = "gravity",
+       .default_value = 9.81,
+       .minimum = 0,
+       .maximum = 1000,
+       .above_minimum = true,
+       .unit = "m/s^2",
+       .summary = "Gravity; it changes the timing but not the path",
+       .source = "standard gravity"},
+      {.name = "step",
+       .default_value = 5 * kDegree,
+       .minimum = 0,
+       .maximum = std::numbers::pi,
+       .above_minimum = true,
+       .unit = "rad",
+       .summary = "Largest change of a tilt in one proposal of the method metropolis",
        .source = "5.1.2: 5 degrees"},
-      {.name = "redraw_share", .default_value = 0.05, .minimum = 0, .maximum = 1,
-       .summary = "Share of proposals of the method metropolis that draw every tilt anew; 0: the paper's alone",
+      {.name = "redraw_share",
+       .default_value = 0.05,
+       .minimum = 0,
+       .maximum = 1,
+       .summary =
+           "Share of proposals of the method metropolis that draw every tilt anew; 0: the paper's alone",
        .source = "chosen: without it one chain in fifty never arrives"},
   });
   return table;
@@ -68,11 +103,26 @@ class RestPosition final : public Term {
 
 std::vector<TermKind> make_term_kinds() {
   ParameterTable fields({
-      {.name = "x", .minimum = -1000, .maximum = 1000, .unit = "m", .summary = "Where the ball shall come to rest"},
-      {.name = "sd", .default_value = 0.1, .minimum = 1e-6, .maximum = 1000, .unit = "m",
-       .summary = "Softness: standard deviation of the miss under p_c", .source = "5.1.1: 0.1 D"},
-      {.name = "tolerance", .default_value = 0.1, .minimum = 0, .maximum = 1000, .above_minimum = true, .unit = "m",
-       .summary = "Satisfied if the ball rests this close", .source = "figure 2: within 0.1 D"},
+      {.name = "x",
+       .minimum = -1000,
+       .maximum = 1000,
+       .unit = "m",
+       .summary = "Where the ball shall come to rest"},
+      {.name = "sd",
+       .default_value = 0.1,
+       .minimum = 1e-6,
+       .maximum = 1000,
+       .unit = "m",
+       .summary = "Softness: standard deviation of the miss under p_c",
+       .source = "5.1.1: 0.1 D"},
+      {.name = "tolerance",
+       .default_value = 0.1,
+       .minimum = 0,
+       .maximum = 1000,
+       .above_minimum = true,
+       .unit = "m",
+       .summary = "Satisfied if the ball rests this close",
+       .source = "figure 2: within 0.1 D"},
   });
   return {{.kind = "rest_position",
            .summary = "The ball comes to rest near x",
@@ -121,12 +171,11 @@ class BallPhysics final : public Physics {
 
  private:
   void record(double duration, Animation& animation) const {
-    animation.bodies = {
-        Body{.name = "ball", .shape = Sphere{kRadius}, .colour = "#c8442f", .track = 0},
-        Body{.name = "table",
-             .shape = Box{{kTableHalfLength, 0.05, 1.2}},
-             .colour = "#b98b5a",
-             .pose = {.position = {0, -0.05, 0}}}};
+    animation.bodies = {Body{.name = "ball", .shape = Sphere{kRadius}, .colour = "#c8442f", .track = 0},
+                        Body{.name = "table",
+                             .shape = Box{{kTableHalfLength, 0.05, 1.2}},
+                             .colour = "#b98b5a",
+                             .pose = {.position = {0, -0.05, 0}}}};
     const auto frames = static_cast<Eigen::Index>(std::ceil(duration * kFrameRate)) + 1;
     animation.frames = static_cast<std::size_t>(frames);
     Track& track = animation.tracks[0];
@@ -135,7 +184,8 @@ class BallPhysics final : public Physics {
     std::size_t hop = 0;
     for (Eigen::Index frame = 0; frame < frames; ++frame) {
       const double time = static_cast<double>(frame) / kFrameRate;
-      while (hop < hops_.size() && time > hops_[hop].start + hops_[hop].duration) ++hop;
+      while (hop < hops_.size() && time > hops_[hop].start + hops_[hop].duration)
+        ++hop;
       if (hop < hops_.size()) {
         const Hop& at = hops_[hop];
         const double since = time - at.start;
@@ -175,7 +225,8 @@ class BallScene final : public Scene {
     // 5.1.2: each normal with probability one half, by a number uniform on (-5, 5) degrees.
     std::vector<Perturb::Group> tilts;
     for (std::size_t i = 0; i < model_->size(); ++i)
-      tilts.push_back({.variables = {i}, .shape = Perturb::Shape::uniform, .size = step_, .probability = 0.5});
+      tilts.push_back(
+          {.variables = {i}, .shape = Perturb::Shape::uniform, .size = step_, .probability = 0.5});
     std::vector<WeightedKernel> rows;
     if (redraw_share_ < 1)
       rows.push_back({"perturb", 1 - redraw_share_, std::make_shared<const Perturb>(std::move(tilts))});
