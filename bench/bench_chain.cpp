@@ -85,13 +85,14 @@ void bench_server_path(double seconds, int rounds) {
     const Runner::Counters counters_before = runner.counters();
     for (int round = 0; round < rounds; ++round) {
       run_bare(bare_chain, *performer, seconds, bare);
+      runner.resume(chain);
+      std::this_thread::sleep_for(Seconds(0.1));
       const std::uint64_t before = runner.counters().iterations;
       const Clock::time_point begin = Clock::now();
-      runner.resume(chain);
       std::this_thread::sleep_for(Seconds(seconds));
-      runner.pause(chain);
       served.iterations += static_cast<double>(runner.counters().iterations - before);
       served.seconds += Seconds(Clock::now() - begin).count();
+      runner.pause(chain);
     }
     const Runner::Counters counters = runner.counters();
     print("bare chain at 1 sample in 1,000", bare.per_second(), "iterations/s");

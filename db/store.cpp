@@ -176,7 +176,9 @@ void Store::set_chain_state(std::string_view id, ChainState state, std::string_v
 
 std::future<std::uint64_t> Store::commit(ChainProgress progress) {
   const auto rows = progress.samples.size();
-  return implementation_->submit(Urgency::batched, rows, "write a chain's progress to",
+  // Somebody waits for a chain that pauses or ends.
+  const Urgency urgency = progress.state ? Urgency::immediate : Urgency::batched;
+  return implementation_->submit(urgency, rows, "write a chain's progress to",
                                  [progress = std::move(progress)](Connection& connection) {
                                    return database::write_progress(connection, progress);
                                  });
