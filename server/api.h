@@ -26,7 +26,7 @@ struct ServiceLimits {
 /// Everything that the routes work on. Outlives the server.
 struct Api {
   Store& store;
-  ScenarioLibrary& library;
+  ScenarioLibrary& scenarios;
   EventHub& events;
   Runner& runner;
   ServiceLimits limits;

@@ -98,7 +98,7 @@ void add_chain_routes(HttpServer& server, Api& api) {
   server.route("POST", "/v1/scenarios/{id}/chains", [&api](const HttpRequest& request) {
     QueryFields(request).finish();
     const std::string& id = request.path_values.at("id");
-    const auto scenario = api.library.find(id);
+    const auto scenario = api.scenarios.find(id);
     if (!scenario) throw not_found("scenario", id);
     const std::vector<ChainRecord> records = read_chains(api, *scenario, id, request.body);
     if (api.runner.counters().live_chains + records.size() > api.limits.most_live_chains)
@@ -136,7 +136,7 @@ void add_chain_routes(HttpServer& server, Api& api) {
     query.finish();
     const std::string& id = request.path_values.at("id");
     const auto record = api.store.chain(id);
-    const auto scenario = record ? api.library.find(record->scenario) : nullptr;
+    const auto scenario = record ? api.scenarios.find(record->scenario) : nullptr;
     if (!scenario) throw not_found("chain", id);
     const Trace trace(scenario->measure_names().size(), api.store.trace(id));
     return json_response(trace_json(trace, scenario->measure_names(), points));

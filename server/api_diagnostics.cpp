@@ -77,7 +77,7 @@ void add_diagnostics_routes(HttpServer& server, Api& api) {
   server.route("GET", "/v1/scenarios/{id}/diagnostics", [&api](const HttpRequest& request) {
     QueryFields(request).finish();
     const std::string& id = request.path_values.at("id");
-    const auto scenario = api.library.find(id);
+    const auto scenario = api.scenarios.find(id);
     if (!scenario) throw not_found("scenario", id);
     const auto chains = chain_draws(api, id);
     json views = json::array();

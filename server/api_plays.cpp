@@ -25,7 +25,7 @@ void refill(Api& api, std::mutex& one_at_a_time, const std::string& scenario_id,
   const std::lock_guard lock(one_at_a_time);
   const auto record = api.store.scenario(scenario_id);
   if (!record || record->running > 0 || record->samples >= api.limits.most_samples_per_scenario) return;
-  const auto scenario = api.library.find(scenario_id);
+  const auto scenario = api.scenarios.find(scenario_id);
   if (!scenario) return;
   StopRule stop;
   stop.samples = std::max(api.limits.refill, low_water);
@@ -77,7 +77,7 @@ void add_play_routes(HttpServer& server, Api& api) {
                  {"repeat", play->repeat},
                  {"remaining", play->remaining}};
     if (include) {
-      const auto scenario = api.library.find(id);
+      const auto scenario = api.scenarios.find(id);
       const auto bytes = api.store.sample_animation(play->sample.id);
       if (!scenario || !bytes) throw not_found("scenario", id);
       view["keyframes"] =

@@ -65,7 +65,7 @@ void add_sample_routes(HttpServer& server, Api& api) {
     QueryFields(request).finish();
     const std::string& id = request.path_values.at("id");
     const SampleRecord record = find_sample(api, id);
-    const auto scenario = api.library.find(record.scenario);
+    const auto scenario = api.scenarios.find(record.scenario);
     if (!scenario) throw not_found("sample", id);
     const State state = decode(id, api.store.sample_state(id), decode_state);
     json view = sample_json(record);
@@ -95,7 +95,7 @@ void add_sample_routes(HttpServer& server, Api& api) {
     BodyFields::parse(request.body).finish();
     const std::string& id = request.path_values.at("id");
     const SampleRecord record = find_sample(api, id);
-    const auto scenario = api.library.find(record.scenario);
+    const auto scenario = api.scenarios.find(record.scenario);
     if (!scenario) throw not_found("sample", id);
     const State state = decode(id, api.store.sample_state(id), decode_state);
     const auto performer = scenario->make_performer();

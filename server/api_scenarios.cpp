@@ -77,7 +77,7 @@ void add_scenario_routes(HttpServer& server, Api& api) {
     for (const ChainRecord& chain : api.store.chains(id))
       chains.push_back(chain.id);
     if (!api.store.delete_scenario(id)) throw not_found("scenario", id);
-    api.library.forget(id);
+    api.scenarios.forget(id);
     api.events.scenario_deleted(id, chains);
     HttpResponse response;
     response.status = 204;

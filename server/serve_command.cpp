@@ -136,7 +136,7 @@ Exit serve(const ServeOptions& options) {
                 {.threads = options.threads == 0 ? cores : options.threads,
                  .most_samples_per_scenario = options.max_samples});
   Api api{.store = store,
-          .library = library,
+          .scenarios = library,
           .events = events,
           .runner = runner,
           .limits = limits,
