@@ -32,6 +32,7 @@ std::string digest_identifier(const std::string& text, std::size_t characters) {
   std::string identifier;
   unsigned bits = 0, count = 0;
   for (const unsigned char byte : hash) {
+    if (identifier.size() == characters) break;
     bits = (bits << 8) | byte;
     for (count += 8; count >= 5 && identifier.size() < characters; count -= 5)
       identifier += kAlphabet[(bits >> (count - 5)) & 31];
