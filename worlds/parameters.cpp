@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <sstream>
+#include <utility>
 
 #include "sampler/check.h"
 
@@ -15,9 +17,49 @@ using nlohmann::json;
 /// Integers beyond this are not told apart by clients that keep every number in a double.
 constexpr double kLargestInteger = 9007199254740991.0;
 
-json as_json(const Parameter& parameter, double value) {
-  if (parameter.kind == Parameter::Kind::integer) return static_cast<std::int64_t>(value);
+using Kind = Parameter::Kind;
+
+json number_json(const Parameter& parameter, double value) {
+  if (parameter.kind != Kind::number) return static_cast<std::int64_t>(value);
   return value + 0.0;  // -0 is 0
+}
+
+/// A value without faults in the one form in which documents hold it.
+json canonical(const Parameter& parameter, const json& value) {
+  switch (parameter.kind) {
+    case Kind::boolean:
+    case Kind::choice:
+      return value;
+    case Kind::integer_set: {
+      std::set<double> members;
+      for (const json& member : value)
+        members.insert(member.get<double>());
+      json list = json::array();
+      for (const double member : members)
+        list.push_back(number_json(parameter, member));
+      return list;
+    }
+    case Kind::number:
+    case Kind::integer:
+      break;
+  }
+  return number_json(parameter, value.get<double>());
+}
+
+/// What a field without a default holds while it is faulty.
+json stand_in(const Parameter& parameter) {
+  switch (parameter.kind) {
+    case Kind::boolean:
+      return false;
+    case Kind::choice:
+      return parameter.choices.front();
+    case Kind::integer_set:
+      return json::array();
+    case Kind::number:
+    case Kind::integer:
+      break;
+  }
+  return number_json(parameter, std::isfinite(parameter.minimum) ? parameter.minimum : 0);
 }
 
 std::string range(const Parameter& parameter) {
@@ -28,18 +70,92 @@ std::string range(const Parameter& parameter) {
   return low && high ? from + " and " + to : low ? from : to;
 }
 
-/// What is wrong with a value, empty if nothing is.
-std::string fault_of(const Parameter& parameter, const json& value) {
+/// What is wrong with a number, empty if nothing is.
+std::string fault_of_number(const Parameter& parameter, const json& value) {
   const std::string unit = parameter.unit.empty() ? "" : " " + parameter.unit;
   if (!value.is_number()) return "expected a number, got " + std::string(value.type_name());
   const double number = value.get<double>();
-  if (parameter.kind == Parameter::Kind::integer &&
-      (number != std::floor(number) || std::abs(number) > kLargestInteger))
+  if (parameter.kind != Kind::number && (number != std::floor(number) || std::abs(number) > kLargestInteger))
     return "expected an integer";
   if (number < parameter.minimum || number > parameter.maximum ||
       (parameter.above_minimum && number == parameter.minimum))
     return "must be " + range(parameter) + unit + ", got " + plain_number(number);
   return "";
+}
+
+/// Appends what is wrong with a set: of each member at its place, else of the whole list.
+void find_faults_of_set(const Parameter& parameter, const json& value, const std::string& pointer,
+                        std::vector<Fault>& faults) {
+  if (!value.is_array()) {
+    faults.push_back({pointer, "expected a list of integers, got " + std::string(value.type_name())});
+    return;
+  }
+  // A list that is longer than the range has a fault before its end, so the rest need not be judged.
+  const auto judged = static_cast<std::size_t>(
+      std::min(static_cast<double>(value.size()), parameter.maximum - parameter.minimum + 2));
+  std::set<double> members;
+  for (std::size_t i = 0; i < judged; ++i) {
+    std::string fault = fault_of_number(parameter, value[i]);
+    if (fault.empty() && !members.insert(value[i].get<double>()).second)
+      fault = "is given twice: " + plain_number(value[i].get<double>());
+    if (!fault.empty()) faults.push_back({append_pointer(pointer, i), std::move(fault)});
+  }
+  if (value.size() < parameter.fewest)
+    faults.push_back({pointer, "must have at least " + std::to_string(parameter.fewest) + " members, got " +
+                                   std::to_string(value.size())});
+}
+
+/// Appends everything that is wrong with a value.
+void find_faults(const Parameter& parameter, const json& value, const std::string& pointer,
+                 std::vector<Fault>& faults) {
+  std::string fault;
+  switch (parameter.kind) {
+    case Kind::number:
+    case Kind::integer:
+      fault = fault_of_number(parameter, value);
+      break;
+    case Kind::boolean:
+      if (!value.is_boolean()) fault = "expected true or false, got " + std::string(value.type_name());
+      break;
+    case Kind::choice:
+      if (!value.is_string())
+        fault = "expected a string, got " + std::string(value.type_name());
+      else if (std::find(parameter.choices.begin(), parameter.choices.end(), value) ==
+               parameter.choices.end())
+        fault = "must be one of " + list_of_names(parameter.choices);
+      break;
+    case Kind::integer_set:
+      find_faults_of_set(parameter, value, pointer, faults);
+      break;
+  }
+  if (!fault.empty()) faults.push_back({pointer, std::move(fault)});
+}
+
+/// The type and the bounds of a field's values.
+json type_schema(const Parameter& parameter) {
+  switch (parameter.kind) {
+    case Kind::boolean:
+      return {{"type", "boolean"}};
+    case Kind::choice:
+      return {{"type", "string"}, {"enum", parameter.choices}};
+    case Kind::integer_set: {
+      Parameter member = parameter;
+      member.kind = Kind::integer;
+      return {{"type", "array"},
+              {"items", type_schema(member)},
+              {"uniqueItems", true},
+              {"minItems", parameter.fewest}};
+    }
+    case Kind::number:
+    case Kind::integer:
+      break;
+  }
+  json schema = {{"type", parameter.kind == Kind::integer ? "integer" : "number"}};
+  if (std::isfinite(parameter.minimum))
+    schema[parameter.above_minimum ? "exclusiveMinimum" : "minimum"] =
+        number_json(parameter, parameter.minimum);
+  if (std::isfinite(parameter.maximum)) schema["maximum"] = number_json(parameter, parameter.maximum);
+  return schema;
 }
 
 }  // namespace
@@ -51,14 +167,50 @@ std::string plain_number(double value) {
   return text.str();
 }
 
-double Parameters::number(std::string_view name) const {
+std::string list_of_names(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names)
+    text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+const json& Parameters::field(std::string_view name) const {
   const auto found = document_.find(name);
   CHECK(found != document_.end(), name);
-  return found->get<double>();
+  return *found;
+}
+
+double Parameters::number(std::string_view name) const {
+  return field(name).get<double>();
 }
 
 std::int64_t Parameters::integer(std::string_view name) const {
-  return static_cast<std::int64_t>(number(name));
+  return field(name).get<std::int64_t>();
+}
+
+bool Parameters::boolean(std::string_view name) const {
+  return field(name).get<bool>();
+}
+
+std::string Parameters::choice(std::string_view name) const {
+  return field(name).get<std::string>();
+}
+
+std::vector<int> Parameters::integer_set(std::string_view name) const {
+  return field(name).get<std::vector<int>>();
+}
+
+ParameterTable::ParameterTable(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {
+  constexpr double kLeast = std::numeric_limits<int>::min(), kMost = std::numeric_limits<int>::max();
+  for (const Parameter& parameter : parameters_) {
+    CHECK(parameter.choices.empty() != (parameter.kind == Kind::choice), parameter.name);
+    if (parameter.kind == Kind::integer_set)
+      CHECK(parameter.minimum >= kLeast && parameter.maximum <= kMost, parameter.name);
+    if (parameter.default_value.is_null()) continue;
+    std::vector<Fault> faults;
+    find_faults(parameter, parameter.default_value, parameter.name, faults);
+    CHECK(faults.empty(), parameter.name, faults[0].detail);
+  }
 }
 
 Parameters ParameterTable::read(const json& object, std::string_view pointer, std::vector<Fault>& faults,
@@ -69,19 +221,18 @@ Parameters ParameterTable::read(const json& object, std::string_view pointer, st
     faults.push_back({std::string(pointer), "expected an object, got " + std::string(object.type_name())});
   for (const Parameter& parameter : parameters_) {
     const auto given = is_object ? object.find(parameter.name) : object.end();
-    const double fallback =
-        parameter.default_value.value_or(std::isfinite(parameter.minimum) ? parameter.minimum : 0);
-    filled[parameter.name] = as_json(parameter, fallback);
+    const bool is_required = parameter.default_value.is_null();
+    filled[parameter.name] =
+        is_required ? stand_in(parameter) : canonical(parameter, parameter.default_value);
     if (!is_object) continue;
+    const std::string place = append_pointer(pointer, parameter.name);
     if (given == object.end()) {
-      if (!parameter.default_value)
-        faults.push_back({append_pointer(pointer, parameter.name), "is required: " + parameter.summary});
+      if (is_required) faults.push_back({place, "is required: " + parameter.summary});
       continue;
     }
-    if (std::string fault = fault_of(parameter, *given); !fault.empty())
-      faults.push_back({append_pointer(pointer, parameter.name), std::move(fault)});
-    else
-      filled[parameter.name] = as_json(parameter, given->get<double>());
+    const std::size_t faults_before = faults.size();
+    find_faults(parameter, *given, place, faults);
+    if (faults.size() == faults_before) filled[parameter.name] = canonical(parameter, *given);
   }
   if (is_object)
     for (const auto& [name, value] : object.items()) {
@@ -96,16 +247,13 @@ Parameters ParameterTable::read(const json& object, std::string_view pointer, st
 json ParameterTable::schema() const {
   json properties = json::object(), required = json::array();
   for (const Parameter& parameter : parameters_) {
-    json property = {{"type", parameter.kind == Parameter::Kind::integer ? "integer" : "number"},
-                     {"description", parameter.summary}};
-    if (parameter.default_value) property["default"] = as_json(parameter, *parameter.default_value);
-    if (std::isfinite(parameter.minimum))
-      property[parameter.above_minimum ? "exclusiveMinimum" : "minimum"] =
-          as_json(parameter, parameter.minimum);
-    if (std::isfinite(parameter.maximum)) property["maximum"] = as_json(parameter, parameter.maximum);
+    const bool is_required = parameter.default_value.is_null();
+    json property = type_schema(parameter);
+    property["description"] = parameter.summary;
+    if (!is_required) property["default"] = canonical(parameter, parameter.default_value);
     if (!parameter.unit.empty()) property["x-unit"] = parameter.unit;
     if (!parameter.source.empty()) property["x-source"] = parameter.source;
-    if (!parameter.default_value) required.push_back(parameter.name);
+    if (is_required) required.push_back(parameter.name);
     properties[parameter.name] = std::move(property);
   }
   json schema = {{"type", "object"}, {"additionalProperties", false}, {"properties", std::move(properties)}};

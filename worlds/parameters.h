@@ -2,8 +2,9 @@
 // Reading a document and publishing its JSON Schema both come from this table. It must not know any world.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <limits>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,14 +17,22 @@ namespace retake {
 
 /// One field of an object.
 struct Parameter {
-  enum class Kind { number, integer };
+  enum class Kind {
+    number,
+    integer,
+    boolean,
+    choice,       ///< one of `choices`
+    integer_set,  ///< a list of different integers, whose order means nothing
+  };
   std::string name{};
   Kind kind = Kind::number;
-  std::optional<double> default_value{};  ///< none: the field is required
-  double minimum = -std::numeric_limits<double>::infinity();
+  nlohmann::json default_value{};                             ///< null: the field is required
+  double minimum = -std::numeric_limits<double>::infinity();  ///< of the number, or of every member of a set
   double maximum = std::numeric_limits<double>::infinity();
-  bool above_minimum = false;  ///< the minimum itself is refused
-  std::string unit{};          ///< "" for a pure number
+  bool above_minimum = false;          ///< the minimum itself is refused
+  std::vector<std::string> choices{};  ///< at least one, for a choice alone
+  std::size_t fewest = 0;              ///< members of a set
+  std::string unit{};                  ///< "" for a pure number
   std::string summary{};
   std::string source{};  ///< where the default comes from: a section of the paper, or "chosen" and why
 };
@@ -34,20 +43,28 @@ class Parameters {
   explicit Parameters(nlohmann::json document) : document_(std::move(document)) {}
   double number(std::string_view name) const;
   std::int64_t integer(std::string_view name) const;
+  bool boolean(std::string_view name) const;
+  std::string choice(std::string_view name) const;
+  /// In ascending order.
+  std::vector<int> integer_set(std::string_view name) const;
   const nlohmann::json& document() const { return document_; }
 
  private:
+  const nlohmann::json& field(std::string_view name) const;
   nlohmann::json document_;
 };
 
 class ParameterTable {
  public:
-  explicit ParameterTable(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {}
+  /// Requires: every default is a value that reading would take; a set's members are bounded on both sides,
+  /// within an int.
+  explicit ParameterTable(std::vector<Parameter> parameters);
 
-  /// Fills in the defaults. Appends a fault, with its JSON Pointer below `pointer`, for everything that is
-  /// wrong: not an object, unknown fields, missing ones, wrong types, numbers out of range. What a faulty
-  /// field holds in the result is its default, or its minimum. `ignored` names fields that the caller reads
-  /// itself.
+  /// Fills in the defaults and puts every set in ascending order, so that equal objects become equal
+  /// documents. Appends a fault, with its JSON Pointer below `pointer`, for everything that is wrong: not an
+  /// object, unknown fields, missing ones, wrong types, numbers out of range, members given twice. What a
+  /// faulty field holds in the result is its default; without one its minimum, false, its first choice or
+  /// the empty set. `ignored` names fields that the caller reads itself.
   Parameters read(const nlohmann::json& object, std::string_view pointer, std::vector<Fault>& faults,
                   const std::vector<std::string>& ignored = {}) const;
 
@@ -61,5 +78,7 @@ class ParameterTable {
 
 /// A number as a person would write it, for messages.
 std::string plain_number(double value);
+/// "a, b, c", for messages.
+std::string list_of_names(const std::vector<std::string>& names);
 
 }  // namespace retake

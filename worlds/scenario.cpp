@@ -14,13 +14,6 @@ using nlohmann::json;
 constexpr std::size_t kLongestTitle = 200;    // characters; chosen: fits a heading
 constexpr std::size_t kMostConstraints = 32;  // chosen: more than any scene needs
 
-std::string list_of_names(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names)
-    text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 std::string read_title(const json& document, std::string_view fallback, std::vector<Fault>& faults) {
   const auto given = document.find("title");
   if (given == document.end()) return std::string(fallback);

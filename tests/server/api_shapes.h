@@ -12,13 +12,13 @@ namespace retake::test {
 inline const nlohmann::json& shapes() {
   static const nlohmann::json table = nlohmann::json::parse(R"json({
     "World": {"name": "string", "version": "integer", "summary": "string", "default_method": "string",
-      "model": {"type": "string", "properties": {"*": {"default": "number", "description": "string", "type": "string",
-                                                        "x-source?": "string", "x-unit?": "string"}}},
+      "model": {"type": "string", "properties": {"*": {"default": "number|boolean|string|array",
+        "description": "string", "type": "string", "x-source?": "string", "x-unit?": "string"}}},
       "constraints": [{"kind": "string", "summary": "string", "schema": {"type": "string", "properties": "object"}}],
       "examples": [{"world": "string", "constraints": "array"}]},
     "Scenario": {"id": "string", "world": "string", "world_version": "integer", "title": "string",
-      "model": {"*": "number"}, "constraints": [{"kind": "string"}], "created_at": "time", "samples": "integer",
-      "chains": {"running": "integer", "paused": "integer", "finished": "integer", "failed": "integer"}},
+      "model": {"*": "number|boolean|string|array"}, "constraints": [{"kind": "string"}], "created_at": "time",
+      "samples": "integer", "chains": {"running": "integer", "paused": "integer", "finished": "integer", "failed": "integer"}},
     "Chain": {"id": "string", "scenario": "string", "index": "integer", "seed": "integer", "method": "string",
       "ratios": "string", "state": "string", "iteration": "integer", "accepted": "integer", "samples": "integer",
       "simulations": "integer", "simulated_seconds": "number", "iterations_per_second": "number",

@@ -147,6 +147,7 @@ TEST(Parameters, TheSchemaSaysWhatReadingDoes) {
                                 {"x-source", "chosen"}})
                               .dump());
   const json& free = schema.at("properties").at("free");
+  EXPECT_EQ(free.at("default").dump(), "0.0") << "a number, although the table says 0";
   EXPECT_FALSE(free.contains("minimum") || free.contains("maximum") || free.contains("x-unit"));
   EXPECT_FALSE(schema.at("properties").at("where").contains("default"));
 }
@@ -169,6 +170,147 @@ TEST(Parameters, EveryBoundOfTheSchemaIsTheBoundOfReading) {
       EXPECT_TRUE(faults_with(name, property["default"]).empty());
     }
   }
+}
+
+// --- Fields that are no numbers -------------------------------------------------------------------
+
+const ParameterTable& lane() {
+  static const ParameterTable fields({
+      {.name = "mirrored",
+       .kind = Parameter::Kind::boolean,
+       .default_value = false,
+       .summary = "Left-handed"},
+      {.name = "oil",
+       .kind = Parameter::Kind::choice,
+       .default_value = "house",
+       .choices = {"house", "sport", "dry"},
+       .summary = "Pattern of the oil"},
+      {.name = "rack",
+       .kind = Parameter::Kind::integer_set,
+       .default_value = {3, 1, 2},
+       .minimum = 1,
+       .maximum = 10,
+       .fewest = 2,
+       .summary = "Pins that are set",
+       .source = "A.1"},
+      {.name = "down",
+       .kind = Parameter::Kind::integer_set,
+       .minimum = 1,
+       .maximum = 10,
+       .summary = "Pins that shall fall"},
+  });
+  return fields;
+}
+
+std::pair<Parameters, std::multimap<std::string, std::string>> read_lane(const json& object) {
+  std::vector<Fault> faults;
+  Parameters parameters = lane().read(object, "/model", faults);
+  std::multimap<std::string, std::string> by_pointer;
+  for (const Fault& fault : faults)
+    by_pointer.emplace(fault.pointer, fault.detail);
+  return {std::move(parameters), std::move(by_pointer)};
+}
+
+/// The faults of an object that has `down` and one more field.
+std::multimap<std::string, std::string> lane_faults(const std::string& name, const json& value) {
+  json object = {{"down", json::array()}};
+  object[name] = value;
+  return read_lane(object).second;
+}
+
+TEST(Parameters, BooleansChoicesAndSetsAreFilledInAndRead) {
+  const auto [filled, no_faults] = read_lane({{"down", json::array()}});
+  EXPECT_TRUE(no_faults.empty());
+  EXPECT_FALSE(filled.boolean("mirrored"));
+  EXPECT_EQ(filled.choice("oil"), "house");
+  EXPECT_EQ(filled.integer_set("rack"), (std::vector<int>{1, 2, 3}));
+  EXPECT_EQ(filled.integer_set("down"), std::vector<int>{});
+
+  const auto [given, faults] =
+      read_lane({{"mirrored", true}, {"oil", "dry"}, {"rack", {10, 7}}, {"down", {7}}});
+  EXPECT_TRUE(faults.empty());
+  EXPECT_TRUE(given.boolean("mirrored"));
+  EXPECT_EQ(given.choice("oil"), "dry");
+  EXPECT_EQ(given.integer_set("rack"), (std::vector<int>{7, 10}));
+}
+
+TEST(Parameters, EqualSetsHaveEqualDocuments) {
+  const std::string ascending = read_lane({{"down", {1, 5, 10}}}).first.document().dump();
+  EXPECT_NE(ascending.find(R"("down":[1,5,10])"), std::string::npos) << ascending;
+  EXPECT_EQ(read_lane({{"down", {10, 1.0, 5}}, {"rack", {2, 1, 3}}}).first.document().dump(), ascending);
+}
+
+TEST(Parameters, OnlyBooleansAreBooleans) {
+  for (const json& value : {json(0), json(1), json("true"), json(nullptr), json::array()})
+    EXPECT_EQ(pointers(lane_faults("mirrored", value)), std::vector<std::string>{"/model/mirrored"}) << value;
+}
+
+TEST(Parameters, AChoiceIsOneOfThoseThatTheFaultLists) {
+  EXPECT_TRUE(lane_faults("oil", "sport").empty());
+  for (const json& value : {json(""), json("House"), json(1), json(nullptr), json::array({"dry"})})
+    EXPECT_EQ(pointers(lane_faults("oil", value)), std::vector<std::string>{"/model/oil"}) << value;
+  EXPECT_EQ(lane_faults("oil", "wet").begin()->second, "must be one of house, sport, dry");
+}
+
+TEST(Parameters, FaultyMembersOfASetAreRefusedWhereTheyStand) {
+  EXPECT_EQ(pointers(lane_faults("rack", {1, 0, 11, 2.5, "3", nullptr, {4}, 1, 5, 1.0})),
+            (std::vector<std::string>{"/model/rack/1", "/model/rack/2", "/model/rack/3", "/model/rack/4",
+                                      "/model/rack/5", "/model/rack/6", "/model/rack/7", "/model/rack/9"}));
+  EXPECT_EQ(pointers(lane_faults("rack", {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 10})),
+            std::vector<std::string>{"/model/rack/10"});
+  for (const json& value : {json(1), json("1,2"), json(nullptr), json::object({{"1", true}})})
+    EXPECT_EQ(pointers(lane_faults("rack", value)), std::vector<std::string>{"/model/rack"}) << value;
+}
+
+TEST(Parameters, ALongListOfFaultyMembersHasFewFaults) {
+  EXPECT_EQ(lane_faults("rack", std::vector<int>(100000, 1)).size(), 10u);
+  EXPECT_EQ(lane_faults("rack", std::vector<int>(100000, 0)).size(), 11u);
+}
+
+TEST(Parameters, ASetMayNeedMembers) {
+  EXPECT_EQ(pointers(lane_faults("rack", json::array())), std::vector<std::string>{"/model/rack"});
+  EXPECT_EQ(pointers(lane_faults("rack", {11})), (std::vector<std::string>{"/model/rack", "/model/rack/0"}));
+  EXPECT_TRUE(lane_faults("rack", {1, 2}).empty());
+}
+
+TEST(Parameters, FaultyFieldsThatAreNoNumbersHoldTheirDefault) {
+  const auto [parameters, faults] = read_lane({{"mirrored", 1}, {"oil", "wet"}, {"rack", {1, 1}}});
+  EXPECT_EQ(pointers(faults),
+            (std::vector<std::string>{"/model/down", "/model/mirrored", "/model/oil", "/model/rack/1"}));
+  EXPECT_FALSE(parameters.boolean("mirrored"));
+  EXPECT_EQ(parameters.choice("oil"), "house");
+  EXPECT_EQ(parameters.integer_set("rack"), (std::vector<int>{1, 2, 3}));
+  EXPECT_EQ(parameters.integer_set("down"), std::vector<int>{});
+}
+
+TEST(Parameters, TheSchemaSaysWhatAFieldMayHold) {
+  const json properties = lane().schema().at("properties");
+  EXPECT_EQ(lane().schema().at("required"), json::array({"down"}));
+  EXPECT_EQ(properties.at("mirrored"),
+            json({{"type", "boolean"}, {"description", "Left-handed"}, {"default", false}}));
+  EXPECT_EQ(properties.at("oil"), json({{"type", "string"},
+                                        {"enum", {"house", "sport", "dry"}},
+                                        {"description", "Pattern of the oil"},
+                                        {"default", "house"}}));
+  EXPECT_EQ(properties.at("rack").dump(),
+            json({{"type", "array"},
+                  {"items", {{"type", "integer"}, {"minimum", 1}, {"maximum", 10}}},
+                  {"uniqueItems", true},
+                  {"minItems", 2},
+                  {"description", "Pins that are set"},
+                  {"default", {1, 2, 3}},
+                  {"x-source", "A.1"}})
+                .dump());
+}
+
+TEST(ParametersDeathTest, ADefaultThatReadingWouldRefuseIsOurFault) {
+  EXPECT_DEATH(ParameterTable({{.name = "size", .default_value = 3, .maximum = 2}}), "at most 2");
+  EXPECT_DEATH(
+      ParameterTable(
+          {{.name = "oil", .kind = Parameter::Kind::choice, .default_value = "wet", .choices = {"dry"}}}),
+      "must be one of dry");
+  EXPECT_DEATH(ParameterTable({{.name = "rack", .kind = Parameter::Kind::integer_set, .minimum = 1}}),
+               "rack");
 }
 
 TEST(Parameters, PlainNumbersReadAsAPersonWritesThem) {

@@ -53,11 +53,27 @@ INSTANTIATE_TEST_SUITE_P(All, WorldContract, ::testing::ValuesIn(worlds()), name
 
 // --- Documents -----------------------------------------------------------------------------------
 
+/// The type of a field that is no object, with what the type needs.
+void expect_type_is_complete(const json& property, const std::string& where) {
+  const std::string type = property.at("type");
+  if (type == "array") {
+    EXPECT_EQ(property.at("uniqueItems"), true) << where;
+    EXPECT_GE(property.at("minItems"), 0) << where;
+    EXPECT_EQ(property.at("items").at("type"), "integer") << where;
+    EXPECT_TRUE(property.at("items").contains("minimum") && property.at("items").contains("maximum"))
+        << where;
+  } else if (type == "string") {
+    EXPECT_FALSE(property.at("enum").empty()) << where;
+  } else {
+    EXPECT_TRUE(type == "number" || type == "integer" || type == "boolean") << where << ": " << type;
+  }
+}
+
 void expect_schema_is_complete(const json& schema, const std::string& where) {
   EXPECT_EQ(schema.at("type"), "object") << where;
   EXPECT_EQ(schema.at("additionalProperties"), false) << where;
   for (const auto& [name, property] : schema.at("properties").items()) {
-    EXPECT_TRUE(property.at("type") == "number" || property.at("type") == "integer") << where << name;
+    expect_type_is_complete(property, where + name);
     EXPECT_FALSE(property.at("description").get<std::string>().empty()) << where << name;
     const json required = schema.value("required", json::array());
     const bool is_required = std::find(required.begin(), required.end(), name) != required.end();
