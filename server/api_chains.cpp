@@ -138,8 +138,8 @@ void add_chain_routes(HttpServer& server, Api& api) {
     const auto record = api.store.chain(id);
     const auto scenario = record ? api.scenarios.find(record->scenario) : nullptr;
     if (!scenario) throw not_found("chain", id);
-    const Trace trace(scenario->measure_names().size(), api.store.trace(id));
-    return json_response(trace_json(trace, scenario->measure_names(), points));
+    const Trace trace(scenario->measures().size(), api.store.trace(id));
+    return json_response(trace_json(trace, scenario->measures(), points));
   });
 
   add_control(server, api, "pause", &Runner::pause);

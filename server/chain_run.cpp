@@ -38,7 +38,7 @@ ChainRun::ChainRun(std::shared_ptr<const Scenario> scenario, ChainRecord record,
     : scenario_(std::move(scenario)),
       record_(std::move(record)),
       chain_(make_chain(*scenario_, record_, checkpoint)),
-      trace_(scenario_->measure_names().size(), trace_blocks) {
+      trace_(scenario_->measures().size(), trace_blocks) {
   const Stay& stay = chain_.stay();
   if (stay.is_sample) {
     standing_ = Standing::on_handed_over;
@@ -114,7 +114,7 @@ void ChainRun::record_sample(Scenario::Performer& performer) {
   sample.record.log_prior = stay.log_prior;
   sample.record.log_constraint = stay.score.log_constraint;
   sample.record.duration = take.animation.duration();
-  sample.record.measures = measures_json(scenario_->measure_names(), take.score.measures).dump();
+  sample.record.measures = measures_json(scenario_->measures(), take.score.measures).dump();
   sample.record.digest = digest(stay.state, take.animation);
   sample.state = encode_state(stay.state);
   sample.animation = encode_animation(take.animation);

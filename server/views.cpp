@@ -17,6 +17,19 @@ json finite(double value) {
   return std::isfinite(value) ? json(value) : json(nullptr);
 }
 
+json measure_json(Measure::Kind kind, double value) {
+  if (std::isnan(value)) return nullptr;
+  switch (kind) {
+    case Measure::Kind::flag:
+      return value != 0;
+    case Measure::Kind::integer_set:
+      return members_of(value);
+    case Measure::Kind::number:
+      break;
+  }
+  return finite(value);
+}
+
 void put(json& object, const char* key, const std::optional<std::uint64_t>& value) {
   if (value) object[key] = *value;
 }
@@ -35,11 +48,11 @@ json parsed(const std::string& text) {
 
 }  // namespace
 
-json measures_json(const std::vector<std::string>& names, std::span<const double> values) {
-  json measures = json::object();
-  for (std::size_t i = 0; i < names.size(); ++i)
-    measures[names[i]] = finite(values[i]);
-  return measures;
+json measures_json(const std::vector<Measure>& measures, std::span<const double> values) {
+  json view = json::object();
+  for (std::size_t i = 0; i < measures.size(); ++i)
+    view[measures[i].name] = measure_json(measures[i].kind, values[i]);
+  return view;
 }
 
 json world_json(const World& world) {
@@ -131,11 +144,11 @@ json variables_json(const Model& model, const State& state) {
   return variables;
 }
 
-json trace_json(const Trace& trace, const std::vector<std::string>& measure_names, std::size_t points) {
+json trace_json(const Trace& trace, const std::vector<Measure>& measures, std::size_t points) {
   const std::size_t count = std::min(points, trace.size());
   json iteration = json::array(), log_prior = json::array(), log_constraint = json::array(),
        satisfied = json::array();
-  std::vector<json> measures(measure_names.size(), json::array());
+  std::vector<json> values(measures.size(), json::array());
   for (std::size_t i = 0; i < count; ++i) {
     // Evenly spread, the first and the last point included.
     const std::size_t chosen = count == 1 ? trace.size() - 1 : i * (trace.size() - 1) / (count - 1);
@@ -145,14 +158,14 @@ json trace_json(const Trace& trace, const std::vector<std::string>& measure_name
     log_constraint.push_back(finite(point.log_constraint));
     satisfied.push_back(point.satisfied);
     for (std::size_t k = 0; k < measures.size(); ++k)
-      measures[k].push_back(finite(point.measures[k]));
+      values[k].push_back(measure_json(measures[k].kind, point.measures[k]));
   }
   json view = {{"iteration", std::move(iteration)},
                {"log_prior", std::move(log_prior)},
                {"log_constraint", std::move(log_constraint)},
                {"satisfied", std::move(satisfied)}};
   for (std::size_t k = 0; k < measures.size(); ++k)
-    view[measure_names[k]] = std::move(measures[k]);
+    view[measures[k].name] = std::move(values[k]);
   return view;
 }
 

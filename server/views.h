@@ -2,6 +2,7 @@
 // It must not know HTTP or the store's methods.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -12,12 +13,14 @@
 #include "db/records.h"
 #include "server/trace.h"
 #include "worlds/animation.h"
+#include "worlds/measure.h"
 #include "worlds/world.h"
 
 namespace retake {
 
-/// {name: number}, null where a measure has no value.
-nlohmann::json measures_json(const std::vector<std::string>& names, std::span<const double> values);
+/// {name: value}: a number, true or false, or a list of integers in ascending order; null where a measure has
+/// no value. Requires: values.size() == measures.size().
+nlohmann::json measures_json(const std::vector<Measure>& measures, std::span<const double> values);
 
 nlohmann::json world_json(const World& world);
 nlohmann::json scenario_json(const ScenarioRecord& record);
@@ -26,8 +29,7 @@ nlohmann::json sample_json(const SampleRecord& record);
 /// {name: value}, null for absent Variables.
 nlohmann::json variables_json(const Model& model, const State& state);
 /// Equal-length arrays of at most `points` evenly chosen points.
-nlohmann::json trace_json(const Trace& trace, const std::vector<std::string>& measure_names,
-                          std::size_t points);
+nlohmann::json trace_json(const Trace& trace, const std::vector<Measure>& measures, std::size_t points);
 
 /// What a keyframe document says of the sample itself.
 struct KeyframeHead {

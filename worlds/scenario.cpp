@@ -52,18 +52,20 @@ const TermKind* read_kind(const World& world, const json& constraint, const std:
 }
 
 /// Makes names unique: a second "miss" becomes "miss_2".
-void add_measure_names(std::vector<std::string>& names, const std::vector<std::string>& more) {
-  for (const std::string& name : more) {
-    std::string unique = name;
-    for (int number = 2; std::find(names.begin(), names.end(), unique) != names.end(); ++number)
-      unique = name + "_" + std::to_string(number);
-    names.push_back(unique);
+void add_measures(std::vector<Measure>& measures, const std::vector<Measure>& more) {
+  for (const Measure& measure : more) {
+    std::string unique = measure.name;
+    const auto is_taken = [&](const Measure& other) { return other.name == unique; };
+    for (int number = 2; std::any_of(measures.begin(), measures.end(), is_taken); ++number)
+      unique = measure.name + "_" + std::to_string(number);
+    measures.push_back({.name = unique, .kind = measure.kind});
   }
 }
 
 }  // namespace
 
-std::shared_ptr<const Scenario> Scenario::read(const json& document) {
+std::shared_ptr<const Scenario> Scenario::read(const json& document,
+                                               const std::vector<const World*>& offered) {
   std::vector<Fault> faults;
   if (!document.is_object())
     throw InvalidRequest({{"", "expected an object, got " + std::string(document.type_name())}});
@@ -73,12 +75,12 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document) {
 
   // The world comes first: without it nothing else can be judged.
   std::vector<std::string> names;
-  for (const World* world : worlds())
-    names.emplace_back(world->name());
+  const World* world = nullptr;
   const auto given_world = document.find("world");
-  const World* world = given_world != document.end() && given_world->is_string()
-                           ? find_world(given_world->get_ref<const std::string&>())
-                           : nullptr;
+  for (const World* each : offered) {
+    names.emplace_back(each->name());
+    if (given_world != document.end() && *given_world == names.back()) world = each;
+  }
   if (!world) {
     faults.push_back(
         {"/world", std::string(given_world == document.end() ? "is required" : "is not a world") +
@@ -131,13 +133,15 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document) {
   Target target{.model = scenario->scene_->model(),
                 .kernels = scenario->scene_->kernels(Ratios::exact),
                 .measure_names = {}};
-  add_measure_names(target.measure_names, scenario->scene_->measure_names());
+  add_measures(scenario->measures_, scenario->scene_->measures());
   for (const auto& term : scenario->terms_) {
-    const std::vector<std::string> names_of_term = term->measure_names();
-    scenario->term_measure_counts_.push_back(names_of_term.size());
-    add_measure_names(target.measure_names, names_of_term);
+    const std::vector<Measure> measures_of_term = term->measures();
+    scenario->term_measure_counts_.push_back(measures_of_term.size());
+    add_measures(scenario->measures_, measures_of_term);
     scenario->terms_read_frames_ |= term->reads_frames();
   }
+  for (const Measure& measure : scenario->measures_)
+    target.measure_names.push_back(measure.name);
   scenario->exact_ = std::make_shared<const Target>(target);
   target.kernels = scenario->scene_->kernels(Ratios::paper);
   scenario->paper_ = std::make_shared<const Target>(std::move(target));
@@ -151,7 +155,7 @@ std::unique_ptr<Scenario::Performer> Scenario::make_performer() const {
 Scenario::Performer::Performer(const Scenario& scenario)
     : scenario_(scenario),
       physics_(scenario.scene_->make_physics()),
-      physics_measures_(scenario.scene_->measure_names().size()) {}
+      physics_measures_(scenario.scene_->measures().size()) {}
 
 SimulationOutcome Scenario::Performer::simulate(const State& candidate, const SimulationRequest& request,
                                                 Score& score) {
@@ -169,7 +173,7 @@ SimulationOutcome Scenario::Performer::simulate(const State& candidate, const Si
 
 Scenario::Performer::Take Scenario::Performer::perform(const State& state) {
   Take take{.animation = recorded_, .score = {}, .complete = false};
-  take.score.measures.assign(scenario_.measure_names().size(), kAbsent);
+  take.score.measures.assign(scenario_.measures().size(), kAbsent);
   const SimulationOutcome outcome = physics_->simulate(
       state, {.frames = true}, recorded_, std::span(take.score.measures).first(physics_measures_));
   take.complete = outcome.end == SimulationEnd::complete;

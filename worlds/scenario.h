@@ -16,9 +16,10 @@ namespace retake {
 /// Immutable. Thread safety: shared by all threads.
 class Scenario {
  public:
-  /// Reads {"world", "title", "model", "constraints"} and fills in every default.
-  /// Throws: InvalidRequest with every fault of the document.
-  static std::shared_ptr<const Scenario> read(const nlohmann::json& document);
+  /// Reads {"world", "title", "model", "constraints"} of one of the worlds on offer and fills in every
+  /// default. Throws: InvalidRequest with every fault of the document.
+  static std::shared_ptr<const Scenario> read(const nlohmann::json& document,
+                                              const std::vector<const World*>& offered = worlds());
 
   const World& world() const { return *world_; }
   const std::string& title() const { return title_; }
@@ -30,7 +31,8 @@ class Scenario {
   std::shared_ptr<const Target> target(Ratios ratios) const {
     return ratios == Ratios::exact ? exact_ : paper_;
   }
-  const std::vector<std::string>& measure_names() const { return exact_->measure_names; }
+  /// Of the scene and then of every term; their names are unique.
+  const std::vector<Measure>& measures() const { return measures_; }
   /// A simulator for one thread. Requires: the scenario outlives it.
   class Performer;
   std::unique_ptr<Performer> make_performer() const;
@@ -42,6 +44,7 @@ class Scenario {
   nlohmann::json document_;
   std::shared_ptr<const Scene> scene_;
   Terms terms_;
+  std::vector<Measure> measures_;
   std::vector<std::size_t> term_measure_counts_;
   bool terms_read_frames_ = false;
   std::shared_ptr<const Target> exact_;

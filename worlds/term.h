@@ -7,9 +7,13 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "worlds/animation.h"
+#include "worlds/measure.h"
 #include "worlds/parameters.h"
 
 namespace retake {
@@ -23,13 +27,12 @@ struct TermScore {
 class Term {
  public:
   virtual ~Term() = default;
-  /// Names of what `score` measures, such as "miss".
-  virtual std::vector<std::string> measure_names() const { return {}; }
+  /// What `score` measures, such as "miss".
+  virtual std::vector<Measure> measures() const { return {}; }
   /// True if the term reads the frames of the tracks, not only rests and events.
   virtual bool reads_frames() const { return false; }
-  /// Scores a finished animation and writes its measures. Requires: measures.size() ==
-  /// measure_names().size().
-  virtual TermScore score(const Animation& animation, std::span<double> measures) const = 0;
+  /// Scores a finished animation and writes its measures into `values`, one for each of measures().
+  virtual TermScore score(const Animation& animation, std::span<double> values) const = 0;
   /// An upper bound of the log density of every way in which an unfinished animation may go on.
   virtual double upper_bound(const Animation& so_far) const {
     (void)so_far;
@@ -49,6 +52,7 @@ struct TermKind {
   std::function<std::unique_ptr<const Term>(const Parameters& parameters, const Parameters& model,
                                             std::string_view pointer, std::vector<Fault>& faults)>
       make;
+};
 };
 
 using Terms = std::vector<std::unique_ptr<const Term>>;

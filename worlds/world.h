@@ -13,6 +13,7 @@
 #include "sampler/model.h"
 #include "sampler/simulator.h"
 #include "worlds/animation.h"
+#include "worlds/measure.h"
 #include "worlds/parameters.h"
 #include "worlds/term.h"
 
@@ -35,8 +36,8 @@ class Physics {
  public:
   virtual ~Physics() = default;
   virtual std::unique_ptr<Run> make_run() const { return nullptr; }
-  /// Simulates a State within the model's support. Overwrites `animation` and `measures`, whose memory it
-  /// reuses.
+  /// Simulates a State within the model's support. Overwrites `animation`, whose memory it reuses, and
+  /// `measures`, one for each of Scene::measures().
   virtual SimulationOutcome simulate(const State& state, const Recording& recording, Animation& animation,
                                      std::span<double> measures) = 0;
 };
@@ -47,8 +48,8 @@ class Scene {
   virtual ~Scene() = default;
   virtual std::shared_ptr<const Model> model() const = 0;
   virtual KernelTable kernels(Ratios ratios) const = 0;
-  /// Names of what Physics::simulate measures.
-  virtual std::vector<std::string> measure_names() const { return {}; }
+  /// What Physics::simulate measures.
+  virtual std::vector<Measure> measures() const { return {}; }
   virtual std::unique_ptr<Physics> make_physics() const = 0;
 };
 

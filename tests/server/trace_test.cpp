@@ -31,7 +31,7 @@ std::vector<std::uint64_t> iterations(const Trace& trace) {
 
 TEST(Trace, HoldsEveryIterationUntilItIsFull) {
   Walk walk;
-  Trace trace(walk.scenario->measure_names().size());
+  Trace trace(walk.scenario->measures().size());
   walk.step_and_record(trace, 100);
   ASSERT_EQ(trace.size(), 100u);
   EXPECT_EQ(trace.point(0).iteration, 1u);
@@ -42,7 +42,7 @@ TEST(Trace, HoldsEveryIterationUntilItIsFull) {
 
 TEST(Trace, StaysBoundedAndEvenlySpacedOverALongChain) {
   Walk walk;
-  Trace trace(walk.scenario->measure_names().size());
+  Trace trace(walk.scenario->measures().size());
   walk.step_and_record(trace, 50'000);
   EXPECT_LE(trace.size(), Trace::kMostPoints);
   EXPECT_GE(trace.size(), Trace::kMostPoints / 2);
@@ -54,11 +54,11 @@ TEST(Trace, StaysBoundedAndEvenlySpacedOverALongChain) {
 
 TEST(Trace, ComesBackFromItsBlocksAsItWasWhereverItWasCut) {
   Walk whole_walk;
-  Trace whole(whole_walk.scenario->measure_names().size());
+  Trace whole(whole_walk.scenario->measures().size());
   whole_walk.step_and_record(whole, 9'000);
 
   Walk cut_walk;
-  const std::size_t measures = cut_walk.scenario->measure_names().size();
+  const std::size_t measures = cut_walk.scenario->measures().size();
   auto trace = std::make_unique<Trace>(measures);
   std::vector<std::string> stored;
   for (const int steps : {1, 700, 2'000, 0, 3'000, 3'299}) {

@@ -166,7 +166,7 @@ TEST(Ball2d, ScoreModeAndRecordedModeAgreeBitForBit) {
   const auto scenario = default_scenario();
   const auto performer = scenario->make_performer();
   Score score;
-  score.measures.resize(scenario->measure_names().size());
+  score.measures.resize(scenario->measures().size());
   for (const State& tilts : draw_tilts(155, 2000, 0.25)) {
     performer->simulate(tilts, {}, score);
     const auto take = performer->perform(tilts);

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/worlds/fixture.h"
+#include "tests/worlds/stub_world.h"
 
 namespace retake::tests {
 namespace {
@@ -49,7 +50,7 @@ TEST(Scenario, ConstraintsAreRequiredButMayBeNone) {
               std::vector<std::string>{"/constraints"});
   const auto scenario = read_scenario(R"({"world":"ball2d","constraints":[]})");
   EXPECT_EQ(scenario->document().at("constraints"), json::array());
-  EXPECT_EQ(scenario->measure_names(), std::vector<std::string>{"x"});
+  EXPECT_EQ(scenario->measures(), std::vector<Measure>{{.name = "x"}});
   const auto performer = scenario->make_performer();
   const auto take = performer->perform(State::Constant(5, 0.1));
   EXPECT_EQ(take.score.log_constraint, 0);
@@ -104,13 +105,23 @@ TEST(Scenario, ItsDocumentReadsBackAsItself) {
 TEST(Scenario, MeasuresOfEqualTermsHaveUniqueNames) {
   const auto scenario = read_scenario(R"({"world":"ball2d","constraints":[
     {"kind":"rest_position","x":1},{"kind":"rest_position","x":-1},{"kind":"rest_position","x":0.5}]})");
-  EXPECT_EQ(scenario->measure_names(), (std::vector<std::string>{"x", "miss", "miss_2", "miss_3"}));
+  EXPECT_EQ(scenario->measures(), (std::vector<Measure>{{"x"}, {"miss"}, {"miss_2"}, {"miss_3"}}));
+  EXPECT_EQ(scenario->target(Ratios::exact)->measure_names,
+            (std::vector<std::string>{"x", "miss", "miss_2", "miss_3"}));
   const auto performer = scenario->make_performer();
   const auto take = performer->perform(State::Constant(5, 0.1));
   const std::vector<double>& measures = take.score.measures;
   EXPECT_EQ(measures[1], measures[0] - 1);
   EXPECT_EQ(measures[2], measures[0] + 1);
   EXPECT_EQ(measures[3], measures[0] - 0.5);
+}
+
+TEST(Scenario, MeasuresKeepTheirKinds) {
+  const auto scenario = read_stub_scenario({{"world", "stub"}, {"constraints", {{{"kind", "before"}}}}});
+  EXPECT_EQ(scenario->measures(), (std::vector<Measure>{{"x"},
+                                                        {"past_the_middle", Measure::Kind::flag},
+                                                        {"passed", Measure::Kind::integer_set},
+                                                        {"past_the_middle_2", Measure::Kind::flag}}));
 }
 
 TEST(Scenario, ConstraintIsTheProductOfItsTerms) {

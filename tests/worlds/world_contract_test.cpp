@@ -110,8 +110,9 @@ TEST_P(WorldContract, ExamplesAreReadAndNamed) {
     EXPECT_EQ(&scenario->world(), &world);
     EXPECT_FALSE(scenario->title().empty());
     EXPECT_FALSE(scenario->document().at("constraints").empty());
-    const auto& names = scenario->measure_names();
-    EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
+    std::set<std::string> names;
+    for (const Measure& measure : scenario->measures())
+      EXPECT_TRUE(names.insert(measure.name).second) << measure.name;
     for (const Ratios ratios : {Ratios::exact, Ratios::paper})
       EXPECT_FALSE(scenario->target(ratios)->kernels.rows().empty());
   }
@@ -191,7 +192,7 @@ TEST_P(WorldContract, WithoutConstraintsEverySimulationThatEndsIsPerfect) {
   const auto scenario = without_constraints();
   const auto performer = scenario->make_performer();
   Score score;
-  score.measures.resize(scenario->measure_names().size());
+  score.measures.resize(scenario->measures().size());
   int complete = 0;
   for (const State& state : draw_states(*scenario, 144, 30)) {
     const SimulationOutcome outcome = performer->simulate(state, {}, score);
@@ -215,7 +216,7 @@ TEST_P(WorldContract, EqualStatesGiveEqualAnimationsWhateverRanBefore) {
       digests.push_back(digest_of(*first, state));
     EXPECT_GT(std::set<std::string>(digests.begin(), digests.end()).size(), 4u) << "different states differ";
     Score score;
-    score.measures.resize(scenario->measure_names().size());
+    score.measures.resize(scenario->measures().size());
     for (std::size_t i = states.size(); i-- > 0;) {
       second->simulate(states[(i + 3) % states.size()], {}, score);
       EXPECT_EQ(digest_of(*second, states[i]), digests[i]);
@@ -252,11 +253,21 @@ TEST_P(ThreadsWorldContract, FourThreadsGiveTheSameAnimationsAndChainsAsOne) {
 
 // --- Scores ------------------------------------------------------------------------------------------
 
+void expect_value_of_kind(const Measure& measure, double value) {
+  if (std::isnan(value)) return;
+  if (measure.kind == Measure::Kind::flag) {
+    EXPECT_TRUE(value == 0 || value == 1) << measure.name << " is " << value;
+  }
+  if (measure.kind == Measure::Kind::integer_set) {
+    EXPECT_EQ(set_of(members_of(value)), value) << measure.name;
+  }
+}
+
 void WorldContract::expect_scores_agree(int count) const {
   for (const auto& scenario : examples()) {
     const auto performer = scenario->make_performer();
     Score score;
-    score.measures.assign(scenario->measure_names().size(), kAbsent);
+    score.measures.assign(scenario->measures().size(), kAbsent);
     for (const State& state : draw_states(*scenario, 148, count)) {
       const bool complete = performer->simulate(state, {}, score).end == SimulationEnd::complete;
       const auto take = performer->perform(state);
@@ -265,6 +276,8 @@ void WorldContract::expect_scores_agree(int count) const {
       ASSERT_TRUE(identical(score, take.score))
           << score.log_constraint << " and " << take.score.log_constraint;
       ASSERT_LE(score.log_constraint, 0);
+      for (std::size_t i = 0; i < score.measures.size(); ++i)
+        expect_value_of_kind(scenario->measures()[i], score.measures[i]);
       // Stopping early is allowed exactly where the score does not exceed what is needed.
       Score other = score;
       const double needed = score.log_constraint - 1e-9;

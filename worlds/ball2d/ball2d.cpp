@@ -83,10 +83,10 @@ const ParameterTable& model_table() {
 class RestPosition final : public Term {
  public:
   RestPosition(double x, double sd, double tolerance) : x_(x), sd_(sd), tolerance_(tolerance) {}
-  std::vector<std::string> measure_names() const override { return {"miss"}; }
-  TermScore score(const Animation& animation, std::span<double> measures) const override {
+  std::vector<Measure> measures() const override { return {{.name = "miss"}}; }
+  TermScore score(const Animation& animation, std::span<double> values) const override {
     const double miss = animation.tracks[0].rest.position.x() - x_;
-    measures[0] = miss;
+    values[0] = miss;
     const double z = miss / sd_;
     return {.log_density = -0.5 * z * z, .satisfied = std::abs(miss) <= tolerance_};
   }
@@ -235,7 +235,7 @@ class BallScene final : public Scene {
     return KernelTable(std::move(rows));
   }
 
-  std::vector<std::string> measure_names() const override { return {"x"}; }
+  std::vector<Measure> measures() const override { return {{.name = "x"}}; }
   std::unique_ptr<Physics> make_physics() const override { return std::make_unique<BallPhysics>(bounce_); }
 
  private:

@@ -1,0 +1,25 @@
+// Quantity: one variable or measure over the draws of several chains, the table that diagnostics read.
+// DESIGN section 3, "Diagnostics". It must not know HTTP or the store's methods.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "db/records.h"
+#include "worlds/scenario.h"
+
+namespace retake {
+
+struct Quantity {
+  std::string name;
+  Eigen::MatrixXd draws;  ///< a column a chain, a row a draw; NaN where there is no value
+};
+
+/// Every variable, and every measure that is a number or a flag (as 0 or 1); a set is no quantity. Longer
+/// chains are thinned evenly to the length of the shortest. Requires: at least one chain, and a draw in each.
+std::vector<Quantity> quantities(const Scenario& scenario,
+                                 const std::vector<std::vector<DrawRecord>>& chains);
+
+}  // namespace retake

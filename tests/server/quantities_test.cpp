@@ -1,0 +1,36 @@
+// Quantities: variables, numbers and flags in one table, sets left out.
+#include "server/quantities.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/worlds/stub_world.h"
+#include "worlds/animation_codec.h"
+
+namespace retake {
+namespace {
+
+using nlohmann::json;
+
+DrawRecord draw(double x, const json& past_the_middle) {
+  const json measures = {{"x", 10 * x}, {"past_the_middle", past_the_middle}, {"passed", {1, 2}}};
+  return {.measures = measures.dump(), .state = encode_state(State::Constant(1, x))};
+}
+
+TEST(Quantities, AreVariablesAndMeasuresButNotSets) {
+  const auto scenario = tests::read_stub_scenario({{"world", "stub"}, {"constraints", json::array()}});
+  const auto all = quantities(*scenario, {{draw(1, false), draw(2, true), draw(3, nullptr), draw(4, true)},
+                                          {draw(5, true), draw(6, false)}});
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0].name, "x") << "the variable";
+  EXPECT_EQ(all[0].draws, (Eigen::Matrix2d() << 1, 5, 3, 6).finished()) << "the longer chain is thinned";
+  EXPECT_EQ(all[1].name, "x") << "the measure";
+  EXPECT_EQ(all[1].draws, (Eigen::Matrix2d() << 10, 50, 30, 60).finished());
+  EXPECT_EQ(all[2].name, "past_the_middle");
+  EXPECT_EQ(all[2].draws(0, 0), 0);
+  EXPECT_TRUE(std::isnan(all[2].draws(1, 0)));
+  EXPECT_EQ(all[2].draws(0, 1), 1);
+  EXPECT_EQ(all[2].draws(1, 1), 0);
+}
+
+}  // namespace
+}  // namespace retake

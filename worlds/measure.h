@@ -1,0 +1,32 @@
+// Measure: what a world or a term says of an animation besides its density, for people to read.
+// DESIGN section 1, "Score". A Score holds every measure as a double, NaN where there is none; here is what
+// the double means. It must not know JSON.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace retake {
+
+struct Measure {
+  enum class Kind {
+    number,
+    flag,         ///< 0 or 1
+    integer_set,  ///< see set_of
+  };
+  std::string name{};
+  Kind kind = Kind::number;
+
+  friend bool operator==(const Measure&, const Measure&) = default;
+};
+
+inline constexpr int kLargestMember = 52;  ///< a double holds 53 bits exactly
+
+/// A set of integers as the double whose bit i says whether i is a member. Requires: each from 0 to
+/// kLargestMember.
+double set_of(std::span<const int> members);
+/// The members in ascending order. Requires: a result of set_of.
+std::vector<int> members_of(double set);
+
+}  // namespace retake
