@@ -98,6 +98,7 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
   const Parameters model = world->model_parameters().read(
       given_model == document.end() ? json::object() : *given_model, "/model", faults);
   if (faults.size() == faults_before) scenario->scene_ = world->make_scene(model, faults);
+  const bool model_is_sound = faults.size() == faults_before;
 
   // The constraint terms.
   json filled = json::array();
@@ -111,11 +112,13 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
   } else {
     for (std::size_t i = 0; i < given->size(); ++i) {
       const std::string pointer = append_pointer("/constraints", i);
-      const TermKind* kind = read_kind(*world, (*given)[i], pointer, faults);
+      json term = (*given)[i];
+      const TermKind* kind = read_kind(*world, term, pointer, faults);
       if (!kind) continue;
+      if (kind->fill && model_is_sound) kind->fill(term, model);
       const std::size_t term_faults_before = faults.size();
-      const Parameters parameters = kind->parameters.read((*given)[i], pointer, faults, {"kind"});
-      if (faults.size() == term_faults_before)
+      const Parameters parameters = kind->parameters.read(term, pointer, faults, {"kind"});
+      if (model_is_sound && faults.size() == term_faults_before)
         scenario->terms_.push_back(kind->make(parameters, model, pointer, faults));
       json constraint = parameters.document();
       constraint["kind"] = kind->kind;

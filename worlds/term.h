@@ -48,11 +48,14 @@ struct TermKind {
   std::string summary;
   ParameterTable parameters;
   /// Makes the term; appends faults, with pointers below `pointer`, for what only the whole document can
-  /// tell.
+  /// tell. Called if neither the model nor the term's own fields have a fault.
   std::function<std::unique_ptr<const Term>(const Parameters& parameters, const Parameters& model,
                                             std::string_view pointer, std::vector<Fault>& faults)>
       make;
-};
+  /// Fills in defaults that depend on the model; called before the fields are read, with an object whose
+  /// fields may be anything, unless the model has a fault. A field that it fills in has a default in
+  /// `parameters` too, which the schema publishes: that of the default model.
+  std::function<void(nlohmann::json& term, const Parameters& model)> fill{};
 };
 
 using Terms = std::vector<std::unique_ptr<const Term>>;

@@ -124,6 +124,38 @@ TEST(Scenario, MeasuresKeepTheirKinds) {
                                                         {"past_the_middle_2", Measure::Kind::flag}}));
 }
 
+TEST(Scenario, ADefaultMayDependOnTheModel) {
+  const auto limit = [](double length, const json& term) {
+    return read_stub_scenario({{"world", "stub"}, {"model", {{"length", length}}}, {"constraints", {term}}})
+        ->document()
+        .at("constraints")[0]
+        .at("limit");
+  };
+  EXPECT_EQ(limit(7, {{"kind", "before"}}), 7);
+  EXPECT_EQ(limit(20, {{"kind", "before"}}), 20);
+  EXPECT_EQ(limit(20, {{"kind", "before"}, {"limit", 3}}), 3);
+}
+
+TEST(Scenario, TermsAreMadeOfSoundModelsAlone) {
+  const auto faults_with = [](const json& model, const json& terms) {
+    const int made_before = stub_world().terms_made;
+    auto found = pointers(faults_of([&] {
+      read_stub_scenario({{"world", "stub"}, {"model", model}, {"constraints", terms}});
+    }));
+    return std::pair(std::move(found), stub_world().terms_made - made_before);
+  };
+  using Found = std::pair<std::vector<std::string>, int>;
+  const json whole = {{"kind", "before"}}, beyond = {{"kind", "before"}, {"limit", 50}},
+             wrong = {{"kind", "before"}, {"limit", -1}, {"colour", "red"}};
+  EXPECT_EQ(faults_with({{"length", 20}}, {whole, beyond, wrong}),
+            (Found{{"/constraints/1/limit", "/constraints/2/colour", "/constraints/2/limit"}, 2}));
+  EXPECT_EQ(faults_with({{"length", 0}}, {whole, beyond, wrong}),
+            (Found{{"/constraints/2/colour", "/constraints/2/limit", "/model/length"}, 0}));
+  EXPECT_EQ(faults_with({{"length", 2}}, {whole, wrong}),
+            (Found{{"/constraints/1/colour", "/constraints/1/limit", "/model/notches"}, 0}))
+      << "what only the parameters together can tell";
+}
+
 TEST(Scenario, ConstraintIsTheProductOfItsTerms) {
   const auto scenario = read_scenario(R"({"world":"ball2d","constraints":[
     {"kind":"rest_position","x":1,"sd":0.5,"tolerance":0.01},{"kind":"rest_position","x":-1,"sd":2,"tolerance":1000}]})");

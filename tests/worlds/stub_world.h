@@ -1,4 +1,5 @@
-// A small world for what no registered world has: every kind of measure.
+// A small world for what no registered world has: every kind of measure, and a term whose default depends on
+// the model.
 #pragma once
 
 #include <memory>
@@ -131,6 +132,10 @@ class StubWorld final : public World {
              if (term.number("limit") > model.number("length"))
                faults.push_back({append_pointer(pointer, "limit"), "lies beyond the end of the rod"});
              return std::make_unique<const Before>(term.number("limit"));
+           },
+       .fill =
+           [](nlohmann::json& term, const Parameters& model) {
+             if (!term.contains("limit")) term["limit"] = model.number("length");
            }}};
 };
 
