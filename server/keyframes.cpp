@@ -85,6 +85,12 @@ Animation resampled(const Animation& animation, double rate) {
 
 }  // namespace
 
+KeyframeHead keyframe_head(std::string sample, std::string world, int world_version) {
+  KeyframeHead head{.sample = std::move(sample), .world = std::move(world), .world_version = world_version};
+  if (const World* known = find_world(head.world)) head.viewpoint = known->viewpoint();
+  return head;
+}
+
 json keyframes_json(const Animation& given, const KeyframeHead& head, double rate) {
   if (rate > 0 && rate != given.rate) return keyframes_json(resampled(given, rate), head);
   const Animation& animation = given;
@@ -124,20 +130,26 @@ json keyframes_json(const Animation& given, const KeyframeHead& head, double rat
          {"position", lengths(event.position)},
          {"normal", lengths(event.normal)}});
 
-  return {{"format", "retake.keyframes/1"},
-          {"sample", head.sample},
-          {"world", head.world},
-          {"world_version", head.world_version},
-          {"units", {{"length", "m"}, {"time", "s"}, {"angle", "rad"}}},
-          {"up", "+y"},
-          {"handedness", "right"},
-          {"quaternion", "xyzw"},
-          {"rate", animation.rate},
-          {"frames", animation.frames},
-          {"duration", animation.duration()},
-          {"bodies", std::move(bodies)},
-          {"tracks", std::move(tracks)},
-          {"events", std::move(events)}};
+  json document = {{"format", "retake.keyframes/1"},
+                   {"sample", head.sample},
+                   {"world", head.world},
+                   {"world_version", head.world_version},
+                   {"units", {{"length", "m"}, {"time", "s"}, {"angle", "rad"}}},
+                   {"up", "+y"},
+                   {"handedness", "right"},
+                   {"quaternion", "xyzw"},
+                   {"rate", animation.rate},
+                   {"frames", animation.frames},
+                   {"duration", animation.duration()},
+                   {"bodies", std::move(bodies)},
+                   {"tracks", std::move(tracks)},
+                   {"events", std::move(events)}};
+  if (head.viewpoint)
+    document["view"] = {{"center", lengths(head.viewpoint->center)},
+                        {"half_extents", lengths(head.viewpoint->half_extents)},
+                        {"azimuth", component(head.viewpoint->azimuth)},
+                        {"elevation", component(head.viewpoint->elevation)}};
+  return document;
 }
 
 }  // namespace retake

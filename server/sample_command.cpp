@@ -67,9 +67,8 @@ Exit sample(const SampleOptions& options) {
         view.erase(stored_only);
       if (!options.out.empty()) {
         const std::filesystem::path path = std::filesystem::path(options.out) / (each.record.id + ".json");
-        const KeyframeHead head{.sample = each.record.id,
-                                .world = std::string(scenario->world().name()),
-                                .world_version = scenario->world().version()};
+        const KeyframeHead head =
+            keyframe_head(each.record.id, std::string(scenario->world().name()), scenario->world().version());
         write_file(path, keyframes_json(decode_animation(each.animation), head, options.rate).dump());
         view["file"] = path.string();
       }

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,7 +37,10 @@ struct KeyframeHead {
   std::string sample;
   std::string world;
   int world_version = 1;
+  std::optional<Viewpoint> viewpoint{};
 };
+/// With the viewpoint of the world, if this build knows it.
+KeyframeHead keyframe_head(std::string sample, std::string world, int world_version);
 /// The keyframe document retake.keyframes/1. `rate` 0 keeps the animation's own rate; another one resamples
 /// it.
 nlohmann::json keyframes_json(const Animation& animation, const KeyframeHead& head, double rate = 0);

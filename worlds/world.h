@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -53,6 +54,14 @@ class Scene {
   virtual std::unique_ptr<Physics> make_physics() const = 0;
 };
 
+/// The box that a viewer should see first, and from where.
+struct Viewpoint {
+  Eigen::Vector3d center;        ///< [m]
+  Eigen::Vector3d half_extents;  ///< [m]
+  double azimuth;                ///< [rad], 0 looks along -z, pi/2 along -x
+  double elevation;              ///< [rad] above the horizon
+};
+
 /// Immutable, one object a world, registered in worlds/registry.cpp.
 class World {
  public:
@@ -66,6 +75,8 @@ class World {
   virtual const std::vector<TermKind>& term_kinds() const = 0;
   /// Scenario documents that show the world; an empty store starts with them.
   virtual std::vector<nlohmann::json> examples() const = 0;
+  /// None: the viewer chooses by what moves.
+  virtual std::optional<Viewpoint> viewpoint() const { return std::nullopt; }
   /// Appends faults, with pointers below "/model", for what only the parameters together can tell.
   virtual std::shared_ptr<const Scene> make_scene(const Parameters& model,
                                                   std::vector<Fault>& faults) const = 0;

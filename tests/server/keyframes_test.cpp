@@ -76,5 +76,24 @@ TEST(Keyframes, NameTheBodiesOfEveryContactInOrderOfTime) {
   }
 }
 
+TEST(Keyframes, SayWhereToLookIfTheWorldDoes) {
+  KeyframeHead head = kHead;
+  EXPECT_FALSE(keyframes_json(ball_animation(), head).contains("view"));
+  head.viewpoint =
+      Viewpoint{.center = {1, 2, -3}, .half_extents = {4, 5, 6.5}, .azimuth = -0.25, .elevation = 1.0 / 3};
+  const json view = {
+      {"center", {1, 2, -3}}, {"half_extents", {4, 5, 6.5}}, {"azimuth", -0.25}, {"elevation", 0.333333}};
+  EXPECT_EQ(keyframes_json(ball_animation(), head).at("view"), view);
+  EXPECT_EQ(keyframes_json(ball_animation(), head, 7).at("view"), view) << "at any rate";
+}
+
+TEST(Keyframes, AreMadeOfSamplesWhoseWorldIsNotInThisBuild) {
+  const KeyframeHead head = keyframe_head("chain-1", "chess", 3);
+  EXPECT_EQ(head.sample, "chain-1");
+  EXPECT_EQ(head.world, "chess");
+  EXPECT_EQ(head.world_version, 3);
+  EXPECT_FALSE(head.viewpoint);
+}
+
 }  // namespace
 }  // namespace retake

@@ -1,8 +1,9 @@
-// A small world for what no registered world has: every kind of measure, and a term whose default depends on
-// the model.
+// A small world for what no registered world has: every kind of measure, a term whose default depends on the
+// model, and a viewpoint.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -24,6 +25,9 @@ class StubWorld final : public World {
   const ParameterTable& model_parameters() const override { return model_; }
   const std::vector<TermKind>& term_kinds() const override { return terms_; }
   std::vector<nlohmann::json> examples() const override { return {}; }
+  std::optional<Viewpoint> viewpoint() const override {
+    return Viewpoint{.center = {1, 2, 3}, .half_extents = {4, 5, 6.5}, .azimuth = -0.25, .elevation = 0.5};
+  }
   std::shared_ptr<const Scene> make_scene(const Parameters& model,
                                           std::vector<Fault>& faults) const override {
     if (model.integer_set("notches").back() > model.number("length"))

@@ -251,6 +251,20 @@ TEST_P(ThreadsWorldContract, FourThreadsGiveTheSameAnimationsAndChainsAsOne) {
     EXPECT_EQ(results, alone);
 }
 
+// --- Viewpoint -----------------------------------------------------------------------------------------
+
+TEST_P(WorldContract, AViewpointIsABoxSeenFromTheSideOrAbove) {
+  const auto viewpoint = world.viewpoint();
+  if (!viewpoint) return;
+  EXPECT_TRUE(viewpoint->center.allFinite());
+  EXPECT_TRUE(viewpoint->half_extents.allFinite());
+  EXPECT_GE(viewpoint->half_extents.minCoeff(), 0);
+  EXPECT_GT(viewpoint->half_extents.maxCoeff(), 0);
+  EXPECT_LE(std::abs(viewpoint->azimuth), 3.15);
+  EXPECT_GE(viewpoint->elevation, 0);
+  EXPECT_LT(viewpoint->elevation, 1.57);
+}
+
 // --- Scores ------------------------------------------------------------------------------------------
 
 void expect_value_of_kind(const Measure& measure, double value) {
