@@ -310,11 +310,12 @@ TEST_P(SlowWorldContract, PerformedAndSimulatedScoresAgreeBitForBit) {
   expect_scores_agree(2000);
 }
 
-TEST_P(WorldContract, ExamplesAreSatisfiedWithinTwoThousandIterationsOfTheirDefaultMethod) {
+TEST_P(WorldContract, ExamplesAreSatisfiedByTheirDefaultMethod) {
+  constexpr std::uint64_t kMostIterations = 60000;  // a wish of 1 in 2,500 draws fails once in 10^10
   for (const auto& scenario : examples()) {
     const auto performer = scenario->make_performer();
     Chain chain(scenario->target(Ratios::exact), {.seed = 149, .method = world.default_method()});
-    while (chain.counts().samples == 0 && chain.counts().iteration < 2000)
+    while (chain.counts().samples == 0 && chain.counts().iteration < kMostIterations)
       chain.step(*performer);
     EXPECT_GT(chain.counts().samples, 0u) << scenario->title();
   }
