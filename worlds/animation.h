@@ -51,7 +51,9 @@ struct Body {
 
 /// The poses of one moving body, a frame each 1/rate seconds from time 0.
 struct Track {
-  Pose rest;                                           ///< in which the animation ends
+  Pose start{};          ///< in which the animation begins
+  Pose rest{};           ///< in which the animation ends; without frames unknown of what has toppled
+  bool toppled = false;  ///< it has fallen over, or off what carried it, for good
   Eigen::Matrix<double, 3, Eigen::Dynamic> positions;  ///< [m]
   Eigen::Matrix<double, 4, Eigen::Dynamic> rotations;  ///< x, y, z, w; successive ones in one hemisphere
 };

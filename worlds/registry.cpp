@@ -1,5 +1,6 @@
 // The worlds of this build: one line each.
 #include "worlds/ball2d/ball2d.h"
+#include "worlds/bowling/bowling.h"
 #include "worlds/world.h"
 
 namespace retake {
@@ -7,6 +8,7 @@ namespace retake {
 const std::vector<const World*>& worlds() {
   static const std::vector<const World*> registered = {
       &ball2d::world(),
+      &bowling::world(),
   };
   return registered;
 }

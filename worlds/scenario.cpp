@@ -115,7 +115,7 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
       json term = (*given)[i];
       const TermKind* kind = read_kind(*world, term, pointer, faults);
       if (!kind) continue;
-      if (kind->fill && model_is_sound) kind->fill(term, model);
+      if (kind->fit && model_is_sound) kind->fit(term, model, pointer, faults);
       const std::size_t term_faults_before = faults.size();
       const Parameters parameters = kind->parameters.read(term, pointer, faults, {"kind"});
       if (model_is_sound && faults.size() == term_faults_before)

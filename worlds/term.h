@@ -52,10 +52,13 @@ struct TermKind {
   std::function<std::unique_ptr<const Term>(const Parameters& parameters, const Parameters& model,
                                             std::string_view pointer, std::vector<Fault>& faults)>
       make;
-  /// Fills in defaults that depend on the model; called before the fields are read, with an object whose
-  /// fields may be anything, unless the model has a fault. A field that it fills in has a default in
-  /// `parameters` too, which the schema publishes: that of the default model.
-  std::function<void(nlohmann::json& term, const Parameters& model)> fill{};
+  /// Fits the document to the model before its fields are read: fills in defaults that depend on the model,
+  /// and appends faults, with pointers below `pointer`, for what the model has no place for. Called with an
+  /// object whose fields may be anything, unless the model has a fault. A field that it fills in has a
+  /// default in `parameters` too, which the schema publishes: that of the default model.
+  std::function<void(nlohmann::json& term, const Parameters& model, std::string_view pointer,
+                     std::vector<Fault>& faults)>
+      fit{};
 };
 
 using Terms = std::vector<std::unique_ptr<const Term>>;

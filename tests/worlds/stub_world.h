@@ -137,8 +137,8 @@ class StubWorld final : public World {
                faults.push_back({append_pointer(pointer, "limit"), "lies beyond the end of the rod"});
              return std::make_unique<const Before>(term.number("limit"));
            },
-       .fill =
-           [](nlohmann::json& term, const Parameters& model) {
+       .fit =
+           [](nlohmann::json& term, const Parameters& model, std::string_view, std::vector<Fault>&) {
              if (!term.contains("limit")) term["limit"] = model.number("length");
            }}};
 };

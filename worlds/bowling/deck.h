@@ -1,0 +1,95 @@
+// Deck: ball and pins as rigid bodies, from the moment before the hit until the outcome is decided, and on
+// until everything rests if somebody watches. Paper, section 5.2. It must not know wishes, frames or JSON.
+//
+// The one place where Bullet is seen (deck.cpp): its broad phase, islands and solver; contacts are ours.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "worlds/animation.h"
+#include "worlds/bowling/contacts.h"
+#include "worlds/bowling/roll.h"
+
+namespace retake::bowling {
+
+struct DeckSettings {
+  std::vector<int> rack;             ///< pins set, 1 to 10, ascending
+  double ball_lane_friction = 0.12;  ///< where the pins stand
+  bool pit_cushion = false;          ///< pins rebound from the end of the pit
+  double cushion_restitution = 0.6;
+  int impact_rate = 480;  ///< [steps/s] while the ball is on the deck
+  int settle_rate = 120;  ///< [steps/s] afterwards; divides impact_rate
+};
+
+/// What one body does to another one.
+struct Hit {
+  double time;             ///< [s]
+  std::size_t first;       ///< a body: 0 the ball, then the pins in the rack's order
+  std::size_t second;      ///< a body, if `with` is ball or pin
+  Surface with;            ///< the second body's surface
+  double impulse;          ///< [N s]
+  Eigen::Vector3d point;   ///< [m]
+  Eigen::Vector3d normal;  ///< unit vector that pushes the first body
+};
+
+/// Simulates one throw at a time and is reused for many; owns a Bullet world.
+/// Contract: what happens is a pure function of `set`'s arguments, bit for bit, whatever was simulated
+/// before. Whether it is watched changes nothing before it is decided. Thread safety: one thread at a time.
+class Deck {
+ public:
+  explicit Deck(const DeckSettings& settings);
+  ~Deck();
+  Deck(const Deck&) = delete;
+  Deck& operator=(const Deck&) = delete;
+
+  struct Throw {
+    Ball ball;
+    Motion motion;           ///< of the ball at the start
+    std::int64_t start = 0;  ///< in steps of 1/impact_rate
+    /// Where each pin of the rack stands, as an offset from its spot (x and z) [m].
+    std::vector<Eigen::Vector3d> offsets;
+    bool watched = false;  ///< keep what leaves the deck, and the hits
+    /// The pins are known not to be touched; nothing can happen to them.
+    bool pins_fixed = false;
+  };
+  void set(const Throw& thrown);
+  /// Advances by one step; a long one once the ball has left the deck.
+  void step();
+
+  double time() const;         ///< [s]
+  std::int64_t ticks() const;  ///< the same in steps of 1/impact_rate
+  /// Something moves faster than anything could, or is nowhere.
+  bool exploded() const;
+  /// The pins that are up will stay up: the ball has left, and nothing that moves can reach them.
+  bool decided() const;
+  /// From now on standing pins do not move any more, so that the rest shows what was decided.
+  void fix_standing();
+  /// Everything has come to rest, in the pit too.
+  bool at_rest() const;
+  /// Brings what still rolls to rest within about a second.
+  void calm();
+
+  bool is_down(std::size_t pin) const;  ///< by its place in the rack; for good
+  int down_count() const;
+  /// When the ball first touched a pin [s]; infinity if it has not.
+  double first_contact() const;
+  Pose pose(std::size_t body) const;
+  Motion motion(std::size_t body) const;
+  const std::vector<Hit>& hits() const;  ///< in order of time, once at rest; of a watched throw
+  /// Kinetic and potential, of everything on the deck [J].
+  double mechanical_energy() const;
+  /// Wakes every pin, as a test of their stand.
+  void wake();
+
+ private:
+  class Bodies;
+  std::unique_ptr<Bodies> bodies_;
+};
+
+}  // namespace retake::bowling

@@ -1,0 +1,21 @@
+// What a viewer of a throw sees: the bodies of the animation, in one fixed order, and where to look.
+// It must not know how anything moves.
+#pragma once
+
+#include "worlds/animation.h"
+#include "worlds/bowling/deck.h"
+#include "worlds/world.h"
+
+namespace retake::bowling {
+
+/// Fills in Animation::bodies: the ball and the pins as the deck counts them, then what stands still, then
+/// the stripes on the pins.
+void write_scene(const std::vector<int>& rack, double ball_radius, Animation& animation);
+
+/// Which of Animation::bodies has this surface at a place on this side of the lane.
+std::size_t still_body(Surface surface, double z, std::size_t pins);
+
+/// The pin deck, seen from behind the ball.
+Viewpoint deck_viewpoint();
+
+}  // namespace retake::bowling
