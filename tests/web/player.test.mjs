@@ -113,6 +113,46 @@ test("every shape of the contract is drawn, and one that is not in it is named",
   await close();
 });
 
+test("measures that are no numbers are said in words", async () => {
+  const { page, faults, close } = await newPage(browser);
+  const measures = { strike: true, gutter: false, fallen: [2, 3, 10], left: [], miss: null };
+  await page.route(/\/v1\/samples\/[^/?]+$/, async (route) => {
+    const response = await route.fetch();
+    await route.fulfill({ response, json: { ...(await response.json()), measures } });
+  });
+  await openFirst(page);
+  await page.waitForFunction(() => document.querySelectorAll(".facts")[0].children.length === 5);
+  const said = await page.locator(".facts").first().locator("> div > dd").allTextContents();
+  assert.deepEqual(said, ["yes", "no", "2, 3, 10", "none", "–"]);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("the camera stands where the world says, and a viewpoint that is none is ignored", async () => {
+  const sound = { center: [0.1, 0.4, 0], half_extents: [1.2, 0.5, 0], azimuth: 2.5, elevation: 0.75 };
+  const directionWith = async (view) => {
+    const { page, faults, close } = await newPage(browser);
+    await page.route("**/keyframes*", async (route) => route.fulfill({ json: { ...everyShape(), view } }));
+    await openFirst(page);
+    const { x, y } = await page.locator(".picture").boundingBox();
+    await page.mouse.move(x + 100, y + 100);
+    await page.mouse.down();
+    await page.mouse.move(x + 101, y + 100);
+    await page.mouse.up();
+    await page.waitForFunction(() => new URLSearchParams(location.search).has("camera"));
+    const [azimuth, elevation] = query(page).camera.split(",").map(Number);
+    assert.deepEqual(faults, []);
+    await close();
+    return [azimuth, elevation];
+  };
+  const [azimuth, elevation] = await directionWith(sound);
+  assert.ok(Math.abs(azimuth - sound.azimuth) < 0.02 && elevation === sound.elevation, `${azimuth}, ${elevation}`);
+  const own = await directionWith(undefined);
+  for (const rubbish of [{ ...sound, center: "here" }, { ...sound, elevation: 2 }]) {
+    assert.deepEqual(await directionWith(rubbish), own, JSON.stringify(rubbish));
+  }
+});
+
 /** A document with each kind of shape in motion, and one shape that no contract knows. */
 function everyShape() {
   const shapes = {

@@ -1,4 +1,4 @@
-// Where the camera stands: chosen from what moves, and where.
+// Where the camera stands: where the world says, else chosen from what moves, and where.
 import * as THREE from "../vendor/three.module.js";
 
 /** @typedef {{box: THREE.Box3, azimuth: number, elevation: number}} Framing angles in radians; azimuth 0 looks along -z */
@@ -9,8 +9,11 @@ const FLAT = 0.02;
 const LONG = 5;
 const FARTHEST = 1.5; // a shared camera stands at most so many times as far away as the nearest one would
 
-/** The framing of one take. @param {import("./take.js").Take} take @returns {Framing} */
-export function framingOf(take) {
+/** The framing of one take: what its world asks for, else chosen. @param {import("./take.js").Take} take
+ * @param {import("./types.js").Viewpoint} [view] @returns {Framing} */
+export function framingOf(take, view) {
+  const asked = framingOfView(view);
+  if (asked) return asked;
   const reach = new THREE.Box3();
   const centers = new THREE.Box3();
   const ball = new THREE.Sphere();
@@ -27,6 +30,17 @@ export function framingOf(take) {
   if (reach.isEmpty()) reach.set(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
   includeStill(reach, still);
   return { box: reach, ...direction(centers) };
+}
+
+/** The framing that a viewpoint asks for; null if it is none. @param {any} view @returns {Framing|null} */
+function framingOfView(view) {
+  const isPoint = (point) => Array.isArray(point) && point.length === 3 && point.every(Number.isFinite);
+  if (!isPoint(view?.center) || !isPoint(view.half_extents)) return null;
+  if (!Number.isFinite(view.azimuth) || !Number.isFinite(view.elevation) || Math.abs(view.elevation) >= Math.PI / 2) return null;
+  if (Math.min(...view.half_extents) < 0 || Math.max(...view.half_extents) === 0) return null;
+  const size = new THREE.Vector3().fromArray(view.half_extents).multiplyScalar(2);
+  const box = new THREE.Box3().setFromCenterAndSize(new THREE.Vector3().fromArray(view.center), size);
+  return { box, azimuth: view.azimuth, elevation: view.elevation };
 }
 
 /** Small still bodies near the motion are part of the picture; large ones only where the motion is. */

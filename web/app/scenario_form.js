@@ -7,7 +7,7 @@ import { placeOf } from "./json_place.js";
 import { complain } from "./notice.js";
 import { ELSEWHERE } from "./scenario_list.js";
 import { go, onPlace, place, settle } from "./url_state.js";
-import { inReadingOrder } from "./words.js";
+import { documentText } from "./words.js";
 
 const FIRST_SAMPLES = 50;
 
@@ -81,7 +81,7 @@ class ScenarioForm {
   }
 
   #fill() {
-    this.text.value = JSON.stringify(inReadingOrder(this.examples[Number(this.example.value) || 0]), null, 2);
+    this.text.value = documentText(this.examples[Number(this.example.value) || 0]);
     this.#forgive();
   }
 

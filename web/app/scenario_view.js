@@ -6,7 +6,7 @@ import { h, say } from "./dom.js";
 import { complain } from "./notice.js";
 import { ELSEWHERE } from "./scenario_list.js";
 import { go, onPlace, place, settle } from "./url_state.js";
-import { count, inReadingOrder, pace, wish } from "./words.js";
+import { count, documentText, pace, wish } from "./words.js";
 
 const MORE = 50;
 
@@ -63,7 +63,7 @@ class ScenarioView {
         "details.document",
         {},
         h("summary", {}, "The scenario as it was asked for"),
-        h("pre", { tabIndex: 0 }, JSON.stringify(inReadingOrder(asked), null, 2)),
+        h("pre", { tabIndex: 0 }, documentText(asked)),
         this.remove,
       ),
       h("div.tabs", { role: "tablist", "aria-label": "What to see", onkeydown: (event) => this.#turn(event) }, ...Object.values(this.tabs)),

@@ -32,7 +32,7 @@ export class Take {
       this.notes.push(`A cage stands in for what this page cannot draw: ${[...unknown].join(", ")}.`);
     }
     /** What a camera should show. @type {import("./framing.js").Framing} */
-    this.framing = framingOf(this);
+    this.framing = framingOf(this, keyframes.view);
     this.size = this.framing.box.getSize(new THREE.Vector3()).length();
     this.#addTrails(trailWidth);
     this.#addContacts();

@@ -75,7 +75,7 @@ export class TracePlot {
 
   #redraw() {
     if (!this.trace || this.closed) return;
-    const names = Object.keys(this.trace).filter((name) => Array.isArray(this.trace[name]) && name !== "iteration" && name !== "satisfied");
+    const names = Object.keys(this.trace).filter((name) => name !== "iteration" && name !== "satisfied" && isPlotted(this.trace[name]));
     const usual = names.includes("log_constraint") ? "log_constraint" : names[0];
     const name = names.includes(place().quantity) ? place().quantity : usual;
     options(this.quantity, names.map((each) => [each, spaced(each)]), name);
@@ -83,7 +83,7 @@ export class TracePlot {
     this.box.hidden = !this.empty.hidden;
     if (this.box.hidden || !name) return;
     const satisfied = this.trace.satisfied ?? [];
-    const values = this.trace[name].map((value) => (typeof value === "boolean" ? Number(value) : value));
+    const values = this.trace[name];
     const data = [this.trace.iteration, values, values.map((value, at) => (satisfied[at] ? value : null))];
     const look = `${name} ${document.documentElement.dataset.theme}`;
     if (this.look === look) return void this.plot.setData(data);
@@ -91,6 +91,11 @@ export class TracePlot {
     this.plot?.destroy();
     this.plot = new uPlot(drawing(name, this.#size()), data, this.box);
   }
+}
+
+/** Numbers alone make a curve, with gaps where there is none. */
+function isPlotted(values) {
+  return Array.isArray(values) && values.every((value) => value === null || typeof value === "number");
 }
 
 function drawing(name, size) {

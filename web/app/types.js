@@ -12,8 +12,9 @@
  *   simulations: number, simulated_seconds: number, iterations_per_second: number,
  *   kernels: {name: string, proposed: number, accepted: number}[],
  *   first_sample: {iteration: number, seconds: number}|null, error?: string}} Chain */
+/** @typedef {number|boolean|number[]|null} Measure null where there is none */
 /** @typedef {{id: string, scenario: string, chain: string, iteration: number, weight: number, log_prior: number,
- *   log_constraint: number, duration: number, measures: Object<string, number|boolean|null>, digest: string,
+ *   log_constraint: number, duration: number, measures: Object<string, Measure>, digest: string,
  *   plays: number, created_at: string, variables?: Object<string, number|null>}} Sample */
 /** @typedef {{type: "sphere", radius: number} | {type: "box", half_extents: number[]}
  *   | {type: "cylinder", radius: number, height: number} | {type: "revolution", profile: number[][]}
@@ -22,7 +23,9 @@
  *   rotation?: number[]}} Body */
 /** @typedef {{time: number, kind: string, bodies: string[], impulse: number, position?: number[],
  *   normal?: number[]}} KeyframeEvent where, and the direction in which the first body is pushed */
+/** @typedef {{center: number[], half_extents: number[], azimuth: number, elevation: number}} Viewpoint the box to
+ *   see first, and from where */
 /** @typedef {{format: string, sample: string, rate: number, frames: number, duration: number, bodies: Body[],
- *   tracks: {position: number[], rotation: number[]}[], events: KeyframeEvent[]}} Keyframes */
+ *   tracks: {position: number[], rotation: number[]}[], events: KeyframeEvent[], view?: Viewpoint}} Keyframes */
 
 export {};

@@ -1,9 +1,10 @@
 // Numbers and wishes in words.
 
-/** A number with at most `digits` significant ones, never in the way of its column. @param {any} value */
+/** A value as it is read: yes or no, a list, or a number with at most `digits` significant ones. @param {any} value */
 export function number(value, digits = 4) {
   if (value === null || value === undefined) return "–";
   if (typeof value === "boolean") return value ? "yes" : "no";
+  if (Array.isArray(value)) return value.length ? value.map((each) => number(each, digits)).join(", ") : "none";
   if (typeof value !== "number") return String(value);
   if (value !== 0 && (Math.abs(value) < 1e-5 || Math.abs(value) >= 1e6)) return value.toExponential(Math.min(digits, 3) - 1);
   return String(Number(value.toPrecision(digits)));
@@ -45,9 +46,12 @@ const TERMS = {
   face_up: (term) => `face ${term.face} ends up`,
 };
 
-/** A scenario's document with its keys in the order in which people think. @param {object} scenario */
-export function inReadingOrder({ world, title, model, constraints = [], ...rest }) {
-  return { world, title, model, constraints: constraints.map(({ kind, ...term }) => ({ kind, ...term })), ...rest };
+/** A scenario's document as text, its keys in the order in which people think, a list of numbers on one line.
+ * @param {object} scenario */
+export function documentText({ world, title, model, constraints = [], ...rest }) {
+  const ordered = { world, title, model, constraints: constraints.map(({ kind, ...term }) => ({ kind, ...term })), ...rest };
+  // Strings hold no line breaks of their own, so this is never inside one.
+  return JSON.stringify(ordered, null, 2).replace(/\[\n[-+.,\deE\s]*\]/g, (list) => list.replace(/\s+/g, " ").replace("[ ", "[").replace(" ]", "]"));
 }
 
 /** The wish of a scenario as a sentence. @param {{constraints: object[]}} scenario */
