@@ -262,6 +262,9 @@ void find_pin_and_pin(const PinPlace& first, const PinPlace& second, Contacts& c
   for (std::size_t i = 0; i < kSpheres; ++i) {
     const double h = kOutline.sphere_height[i], base = squared + h * (h + along_first);
     const double slope = along_second + h * together;
+    // Even the nearest point of the other axis may be too far away.
+    const double farthest_here = kOutline.sphere_radius[i] + kOutline.widest + kHitGap;
+    if (base - 0.25 * slope * slope >= farthest_here * farthest_here) continue;
     for (std::size_t j = 0; j < kSpheres; ++j) {
       const double k = kOutline.sphere_height[j],
                    radii = kOutline.sphere_radius[i] + kOutline.sphere_radius[j];

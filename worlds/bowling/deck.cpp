@@ -41,11 +41,6 @@ constexpr double kImpossibleSpeed = 60;     // [m/s]
 constexpr double kBouncingApproach = 0.15;  // [m/s]; softer touches are no hits
 constexpr double kHitDuration = 0.02;       // [s] over which the impulses of a hit are added up
 
-/// Lets a body lose its velocities at these rates [1/s].
-void set_damping(btRigidBody& body, double linear, double angular) {
-  body.setDamping(-std::expm1(-linear), -std::expm1(-angular));  // Bullet's is the share lost in a second
-}
-
 // --- Shapes: only their bounds matter to Bullet, contacts are found by contacts.h -----------------
 
 class OwnShape : public btCollisionShape {
@@ -101,6 +96,8 @@ struct Tag {
   std::size_t body;  ///< as in Hit; the body that stands still comes last
   double radius = 0;
   Stage* stage = nullptr;
+  double linear_damping = 0;   ///< [1/s]
+  double angular_damping = 0;  ///< [1/s]
 };
 const Tag& tag_of(const btCollisionObject* object) {
   return *static_cast<const Tag*>(object->getUserPointer());
@@ -161,6 +158,35 @@ void set_bullet_globals() {
   std::call_once(once, [] { gDeactivationTime = 0.25; });
 }
 
+/// Bullet's step without what our scenes do not use: predicted transforms, motion states, constraints.
+/// Damping is ours, so that it costs no power function.
+class LeanWorld final : public btDiscreteDynamicsWorld {
+ public:
+  using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
+  void advance(double seconds) {
+    applyGravity();
+    for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i)
+      if (btRigidBody& body = *m_nonStaticRigidBodies[i]; body.isActive()) {
+        const Tag& tag = tag_of(&body);
+        body.setLinearVelocity(body.getLinearVelocity() / (1 + seconds * tag.linear_damping));
+        body.setAngularVelocity(body.getAngularVelocity() / (1 + seconds * tag.angular_damping));
+      }
+    m_dispatchInfo.m_timeStep = seconds;
+    performDiscreteCollisionDetection();
+    calculateSimulationIslands();
+    m_solverInfo.m_timeStep = seconds;
+    solveConstraints(m_solverInfo);
+    for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i)
+      if (btRigidBody& body = *m_nonStaticRigidBodies[i]; body.isActive() && !body.isStaticObject()) {
+        btTransform moved;
+        body.predictIntegratedTransform(seconds, moved);
+        body.proceedToTransform(moved);
+      }
+    updateActivationState(seconds);
+    clearForces();
+  }
+};
+
 // --- A Bullet world with our bodies ----------------------------------------------------------------------
 
 class Stage {
@@ -177,7 +203,11 @@ class Stage {
   btRigidBody* body(std::size_t index) { return bodies_[index] ? &*bodies_[index] : nullptr; }
   const btRigidBody* body(std::size_t index) const { return bodies_[index] ? &*bodies_[index] : nullptr; }
   std::size_t size() const { return bodies_.size() - 1; }
-  void step(double seconds) { world_.stepSimulation(seconds, 0); }
+  void step(double seconds) { world_.advance(seconds); }
+  void damp(std::size_t body, double linear, double angular) {
+    tags_[body].linear_damping = linear;
+    tags_[body].angular_damping = angular;
+  }
   bool asleep() const;
 
   const Surroundings& surroundings() const { return surroundings_; }
@@ -213,7 +243,7 @@ class Stage {
   btCollisionDispatcher dispatcher_;
   btAxisSweep3 broadphase_;
   btSequentialImpulseConstraintSolver solver_;
-  btDiscreteDynamicsWorld world_;
+  LeanWorld world_;
   BallShape ball_shape_;
   PinShape pin_shape_;
   StillShape still_shape_;
@@ -238,13 +268,14 @@ Stage::Stage(std::size_t body_count, const Surroundings& surroundings,
       materials_(lane_materials),
       configuration_(small_pools()),
       dispatcher_(&configuration_),
-      broadphase_({kFoulLine - 2, -2, -2}, {kFarEnd + 0.5, 3, 2}, 64),
+      broadphase_({kFoulLine - 2, -2, -2}, {kFarEnd + 0.5, 3, 2}, 64, nullptr, true),
       world_(&dispatcher_, &broadphase_, &solver_, &configuration_),
       tags_(body_count + 1),
       bodies_(body_count + 1),
       encounters_((body_count + 1) * (body_count + 1 + kSurfaces)) {
   world_.setGravity({0, -kGravity, 0});
   world_.setForceUpdateAllAabbs(false);
+  world_.getDispatchInfo().m_useContinuous = false;
   btContactSolverInfo& solver = world_.getSolverInfo();
   solver.m_numIterations = 10;
   solver.m_splitImpulse = 1;
@@ -279,8 +310,8 @@ btRigidBody& Stage::add(Kind kind, std::size_t index, double mass, const btVecto
   info.m_linearSleepingThreshold = 0.08;
   info.m_angularSleepingThreshold = 0.6;
   btRigidBody& body = bodies_[index].emplace(info);
-  if (kind == Kind::pin) set_damping(body, kPinDamping, kPinSpinDamping);
   tags_[index] = {.kind = kind, .body = index, .radius = radius, .stage = this};
+  if (kind == Kind::pin) damp(index, kPinDamping, kPinSpinDamping);
   body.setUserPointer(&tags_[index]);
   world_.addRigidBody(&body);
   return body;
@@ -548,7 +579,7 @@ void Deck::Bodies::latch() {
                 std::abs(at.z()) > kLaneHalfWidth + kOffLane || at.x() > kDeckEnd + kOffLane;
     if (down[i]) {
       const double extra = calming ? kCalmDamping : at.y() < kLow ? kRollingDamping : 0;
-      set_damping(*body, kPinDamping + extra, kPinSpinDamping + extra);
+      deck.damp(i + 1, kPinDamping + extra, kPinSpinDamping + extra);
     }
   }
 }
@@ -562,7 +593,7 @@ void Deck::Bodies::release_leavers() {
   if (settings.pit_cushion) {
     // What lies in the pit has carpet under it.
     if (btRigidBody* ball = deck.body(0); ball && ball_left) {
-      set_damping(*ball, kPitDamping, kPitDamping);
+      deck.damp(0, kPitDamping, kPitDamping);
       if (ball->getActivationState() == DISABLE_DEACTIVATION) ball->forceActivationState(ACTIVE_TAG);
     }
     return;
@@ -595,7 +626,7 @@ void Deck::Bodies::move_to_pit(std::size_t index) {
                        from.getWorldTransform());
     to.setLinearVelocity(from.getLinearVelocity());
     to.setAngularVelocity(from.getAngularVelocity());
-    set_damping(to, kPitDamping, kPitDamping);
+    pit->damp(index, kPitDamping, kPitDamping);
   }
   deck.remove(index);
 }
@@ -671,7 +702,7 @@ void Deck::calm() {
   bodies_->calming = true;
   if (!bodies_->pit) return;
   for (std::size_t i = 0; i <= bodies_->down.size(); ++i)
-    if (btRigidBody* body = bodies_->pit->body(i)) set_damping(*body, kCalmDamping, kCalmDamping);
+    bodies_->pit->damp(i, kCalmDamping, kCalmDamping);
 }
 
 bool Deck::is_down(std::size_t pin) const {
