@@ -20,6 +20,8 @@ constexpr double kDeepestOnLane =
 struct Outline {
   std::array<double, kRings> height, radius;
   std::array<double, kSpheres> sphere_height, sphere_radius;
+  std::array<std::size_t, kRings> hull;  // the rings that a plane can touch: all but the neck's
+  std::size_t hull_count = 0;
   double reach = 0;   // [m] from the centre of mass to the farthest point
   double widest = 0;  // [m] from the axis
 
@@ -30,6 +32,17 @@ struct Outline {
       radius[i] = kPinProfile[i][1];
       reach = std::max(reach, std::hypot(height[i], radius[i]));
       widest = std::max(widest, radius[i]);
+    }
+    // The upper convex hull of (height, radius).
+    for (std::size_t i = 0; i < kRings; ++i) {
+      const auto lies_below = [&](std::size_t a,
+                                  std::size_t b) {  // whether b lies below the chord from a to i
+        return (radius[b] - radius[a]) * (height[i] - height[a]) <=
+               (radius[i] - radius[a]) * (height[b] - height[a]);
+      };
+      while (hull_count >= 2 && lies_below(hull[hull_count - 2], hull[hull_count - 1]))
+        --hull_count;
+      hull[hull_count++] = i;
     }
     // From just above the base to the middle of the head.
     constexpr double kLowest = 0.026, kHighest = kPinHeight - 0.0323;
@@ -83,18 +96,26 @@ struct Lowest {
     return pin.centre + kOutline.height[ring] * pin.axis - kOutline.radius[ring] * outwards;
   }
   std::size_t ring() const {
-    std::size_t best = 0;
-    for (std::size_t i = 1; i < kRings; ++i)
-      if (height(i) < height(best)) best = i;
-    return best;
+    return lowest([](std::size_t) { return true; });
   }
   /// The lowest ring far enough from another one; kRings if there is none.
   std::size_t ring_apart_from(std::size_t other) const {
+    return lowest(
+        [&](std::size_t i) { return std::abs(kOutline.height[i] - kOutline.height[other]) > kApart; });
+  }
+
+ private:
+  template <typename Counts>
+  std::size_t lowest(const Counts& counts) const {
     std::size_t best = kRings;
-    for (std::size_t i = 0; i < kRings; ++i)
-      if (std::abs(kOutline.height[i] - kOutline.height[other]) > kApart &&
-          (best == kRings || height(i) < height(best)))
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < kOutline.hull_count; ++k) {
+      const std::size_t i = kOutline.hull[k];
+      if (const double here = height(i); here < least && counts(i)) {
+        least = here;
         best = i;
+      }
+    }
     return best;
   }
 };
@@ -292,9 +313,11 @@ std::array<Vector3d, 2> pin_bounds(const Vector3d& axis) {
   for (Eigen::Index k = 0; k < 3; ++k) {
     const double sine = sine_of(axis[k]);
     low[k] = high[k] = 0;
-    for (std::size_t i = 0; i < kRings; ++i) {
-      low[k] = std::min(low[k], kOutline.height[i] * axis[k] - kOutline.radius[i] * sine);
-      high[k] = std::max(high[k], kOutline.height[i] * axis[k] + kOutline.radius[i] * sine);
+    for (std::size_t n = 0; n < kOutline.hull_count; ++n) {
+      const double along = kOutline.height[kOutline.hull[n]] * axis[k],
+                   out = kOutline.radius[kOutline.hull[n]] * sine;
+      low[k] = std::min(low[k], along - out);
+      high[k] = std::max(high[k], along + out);
     }
   }
   return {low, high};
