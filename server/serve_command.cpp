@@ -17,6 +17,7 @@ namespace retake {
 namespace {
 
 constexpr std::uint64_t kExampleSamples = 200;  // a chain; chosen: fills some pages of the gallery
+constexpr double kExampleSeconds = 60;          // [s] of running, a chain; rare wishes get that far
 
 struct Address {
   std::string host;
@@ -83,6 +84,7 @@ void add_examples(Api& api) {
   if (!api.store.scenarios(1, "").records.empty()) return;
   StopRule stop;
   stop.samples = kExampleSamples;
+  stop.seconds = kExampleSeconds;
   for (const World* world : worlds())
     for (const nlohmann::json& document : world->examples()) {
       const auto scenario = Scenario::read(document);

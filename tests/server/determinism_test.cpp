@@ -30,12 +30,23 @@ struct Walk {
   json chain;
 };
 
+json pins_document(const json& rack, const json& down) {
+  return {{"world", "bowling"},
+          {"model", {{"rack", rack}}},
+          {"constraints", {{{"kind", "pins"}, {"down", down}}}}};
+}
+
 /// Chains that take a second or more, and find some hundred samples.
 std::vector<Walk> walks() {
-  return {{"metropolis", wish_document(1, 0.0005),
-           json::parse(R"({"seed":11,"method":"metropolis","stop":{"iterations":2500000}})")},
-          {"rejection", wish_document(1, 0.002),
-           json::parse(R"({"seed":12,"method":"rejection","stop":{"iterations":2500000}})")}};
+  return {
+      {"metropolis", wish_document(1, 0.0005),
+       json::parse(R"({"seed":11,"method":"metropolis","stop":{"iterations":2500000}})")},
+      {"rejection", wish_document(1, 0.002),
+       json::parse(R"({"seed":12,"method":"rejection","stop":{"iterations":2500000}})")},
+      {"bowling_metropolis", pins_document({1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}),
+       json::parse(R"({"seed":13,"method":"metropolis","stop":{"iterations":300}})")},
+      {"bowling_rejection", pins_document({10}, {10}),
+       json::parse(R"({"seed":14,"method":"rejection","stop":{"iterations":1500}})")}};
 }
 
 /// Runs a walk on a daemon of its own, nothing disturbing it.
@@ -56,7 +67,7 @@ class Determinism : public ::testing::TestWithParam<std::size_t> {
  protected:
   const Walk walk = walks()[GetParam()];
 };
-INSTANTIATE_TEST_SUITE_P(Methods, Determinism, ::testing::Range<std::size_t>(0, 2),
+INSTANTIATE_TEST_SUITE_P(Methods, Determinism, ::testing::Range<std::size_t>(0, 4),
                          [](const auto& parameter) { return std::string(walks()[parameter.param].name); });
 
 TEST_P(Determinism, The_number_of_threads_and_of_other_chains_changes_nothing) {
