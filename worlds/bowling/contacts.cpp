@@ -79,6 +79,10 @@ double sine_of(double cosine) {
   return std::sqrt(std::max(0.0, 1 - cosine * cosine));
 }
 
+bool is_apart(std::size_t ring, std::size_t other) {
+  return std::abs(kOutline.height[ring] - kOutline.height[other]) > kApart;
+}
+
 /// The lowest points of a pin's rings along a normal.
 struct Lowest {
   double cosine, sine;  // between normal and axis
@@ -140,28 +144,44 @@ std::optional<Ground> ground_below(double x, double z, const Surroundings& surro
 
 void find_pin_and_ground(const PinPlace& pin, const Surroundings& surroundings, Contacts& contacts) {
   const Lowest lowest(pin, Vector3d::UnitY());
-  const std::size_t ring = lowest.ring();
-  if (lowest.height(ring) > kLaneGap) return;
-  const auto add = [&](const Vector3d& point) {
+  const auto contact_at = [&](const Vector3d& point) -> std::optional<Contact> {
     const auto ground = ground_below(point.x(), point.z(), surroundings);
-    if (!ground) return;
+    if (!ground) return std::nullopt;
     const double gap = point.y() - ground->height;
-    if (gap < kLaneGap && gap > ground->deepest)
-      contacts.add({.point = {point.x(), ground->height, point.z()},
-                    .normal = Vector3d::UnitY(),
-                    .gap = gap,
-                    .with = ground->surface});
+    if (gap >= kLaneGap || gap <= ground->deepest) return std::nullopt;
+    return Contact{.point = {point.x(), ground->height, point.z()},
+                   .normal = Vector3d::UnitY(),
+                   .gap = gap,
+                   .with = ground->surface};
   };
+  const std::size_t ring = lowest.ring();
+  if (lowest.height(ring) >= kLaneGap) return;
   if (ring == 0 && lowest.sine < kSteep) {
     // It stands: the base's lowest point, the opposite one, and one on either side.
     const Vector3d base = pin.centre + kOutline.height[0] * pin.axis;
     const Vector3d along = kOutline.radius[0] * lowest.outwards, across = pin.axis.cross(along);
     for (const Vector3d& offset : {Vector3d(-along), Vector3d(along), Vector3d(-across), across})
-      add(base + offset);
+      if (const auto contact = contact_at(base + offset)) contacts.add(*contact);
     return;
   }
-  add(lowest.point(pin, ring));
-  if (const std::size_t other = lowest.ring_apart_from(ring); other < kRings) add(lowest.point(pin, other));
+  // It leans or lies: the ring that is deepest in the ground below it, and one apart from that.
+  std::array<std::optional<Contact>, kRings> found;
+  const auto deepest = [&](const auto& counts) {
+    std::size_t best = kRings;
+    for (std::size_t k = 0; k < kOutline.hull_count; ++k) {
+      const std::size_t i = kOutline.hull[k];
+      if (found[i] && counts(i) && (best == kRings || found[i]->gap < found[best]->gap)) best = i;
+    }
+    return best;
+  };
+  for (std::size_t k = 0; k < kOutline.hull_count; ++k)
+    if (const std::size_t i = kOutline.hull[k]; lowest.height(i) < kLaneGap)
+      found[i] = contact_at(lowest.point(pin, i));
+  const std::size_t first = deepest([](std::size_t) { return true; });
+  if (first == kRings) return;
+  contacts.add(*found[first]);
+  const std::size_t second = deepest([&](std::size_t i) { return is_apart(i, first); });
+  if (second < kRings) contacts.add(*found[second]);
 }
 
 /// A plane that keeps a pin on its side, wherever `counts` says that it exists.
@@ -194,14 +214,24 @@ std::optional<Contact> beside_lane(const Vector3d& centre, double radius) {
 }
 
 void find_pin_and_edges(const PinPlace& pin, Contacts& contacts) {
-  std::optional<Contact> deepest;
+  std::array<std::optional<Contact>, kSpheres> found;
+  const auto deepest = [&](const auto& counts) {
+    std::size_t best = kSpheres;
+    for (std::size_t k = 0; k < kSpheres; ++k)
+      if (found[k] && counts(k) && (best == kSpheres || found[k]->gap < found[best]->gap)) best = k;
+    return best;
+  };
   for (std::size_t k = 0; k < kSpheres; ++k) {
     const Vector3d centre = pin.centre + kOutline.sphere_height[k] * pin.axis;
-    if (over_lane(centre.x(), centre.z())) continue;
-    const auto contact = beside_lane(centre, kOutline.sphere_radius[k]);
-    if (contact && (!deepest || contact->gap < deepest->gap)) deepest = contact;
+    if (!over_lane(centre.x(), centre.z())) found[k] = beside_lane(centre, kOutline.sphere_radius[k]);
   }
-  if (deepest) contacts.add(*deepest);
+  const std::size_t first = deepest([](std::size_t) { return true; });
+  if (first == kSpheres) return;
+  contacts.add(*found[first]);
+  const std::size_t second = deepest([&](std::size_t k) {
+    return std::abs(kOutline.sphere_height[k] - kOutline.sphere_height[first]) > kApart;
+  });
+  if (second < kSpheres) contacts.add(*found[second]);
 }
 
 }  // namespace

@@ -25,17 +25,22 @@ btVector3 bullet(const Vector3d& v) {
 struct Material {
   double friction, restitution;
 };
-constexpr double kDown = 0.6;               // cosine of the tilt beyond which a pin has fallen
-constexpr double kSunk = 0.06;              // [m] that its centre of mass has sunk
-constexpr double kOffLane = 0.03;           // [m] beyond the lane's edge or the deck's end
-constexpr double kBallLeaves = 0.15;        // [m] behind the deck's end, where it has no say any more
-constexpr double kPinLeaves = 0.20;         // [m]
-constexpr double kFallen = -0.2;            // [m]; a pin so low has fallen behind the deck
-constexpr double kLow = 0.12;               // [m]; a fallen pin whose centre is below lies and rolls
-constexpr double kPinDamping = 0.02;        // [1/s]
-constexpr double kPinSpinDamping = 0.15;    // [1/s]
-constexpr double kRollingDamping = 1;       // [1/s] of a lying pin, for the resistance of rolling
-constexpr double kCalmDamping = 6;          // [1/s]
+constexpr double kDown = 0.6;             // cosine of the tilt beyond which a pin has fallen
+constexpr double kSunk = 0.06;            // [m] that its centre of mass has sunk
+constexpr double kOffLane = 0.03;         // [m] beyond the lane's edge or the deck's end
+constexpr double kBallLeaves = 0.15;      // [m] behind the deck's end, where it has no say any more
+constexpr double kPinLeaves = 0.20;       // [m]
+constexpr double kFallen = -0.2;          // [m]; a pin so low has fallen behind the deck
+constexpr double kLow = 0.12;             // [m]; a fallen pin whose centre is below lies and rolls
+constexpr double kPinDamping = 0.02;      // [1/s]
+constexpr double kPinSpinDamping = 0.15;  // [1/s]
+constexpr double kRollingDamping = 1;     // [1/s] of a lying pin, for the resistance of rolling
+// Once it is decided, chosen to let everything come to rest softly within seconds:
+constexpr double kSlow = 0.3;               // [m/s]
+constexpr double kSlowDamping = 4;          // [1/s] of what is slower
+constexpr double kGrowingDamping = 2;       // [1/s] more with every second
+constexpr double kRestSpeed = 0.02;         // [m/s]; slower bodies fall asleep
+constexpr double kRestTurn = 0.4;           // [rad/s]
 constexpr double kPitDamping = 2;           // [1/s], the carpet
 constexpr double kImpossibleSpeed = 60;     // [m/s]
 constexpr double kBouncingApproach = 0.15;  // [m/s]; softer touches are no hits
@@ -493,6 +498,7 @@ class Deck::Bodies {
   void latch();
   void release_leavers();
   void move_to_pit(std::size_t body);
+  void slow_down();
   btVector3 pin_inertia() const {
     return {pin.transverse_inertia, pin.axial_inertia, pin.transverse_inertia};
   }
@@ -513,7 +519,8 @@ class Deck::Bodies {
   bool ball_left = false;
   std::vector<bool> down;
   double first_contact = 0;
-  bool calming = false;
+  bool playing_out = false;
+  std::int64_t played_out_from = 0;
 };
 
 Deck::Deck(const DeckSettings& settings) {
@@ -526,7 +533,7 @@ void Deck::Bodies::set(const Throw& given) {
   thrown = given;
   CHECK(thrown.offsets.size() == settings.rack.size(), thrown.offsets.size());
   ticks = thrown.start;
-  ball_left = calming = false;
+  ball_left = playing_out = false;
   std::fill(down.begin(), down.end(), false);
   first_contact = std::numeric_limits<double>::infinity();
   deck.clear();
@@ -567,6 +574,25 @@ void Deck::Bodies::step() {
   }
   latch();
   release_leavers();
+  if (playing_out) slow_down();
+}
+
+void Deck::Bodies::slow_down() {
+  if (!ball_left) {
+    played_out_from = ticks;
+    return;
+  }
+  const double elapsed = static_cast<double>(ticks - played_out_from) / settings.impact_rate;
+  for (Stage* stage : {&deck, pit.get()})
+    for (std::size_t i = 0; stage && i <= down.size(); ++i) {
+      btRigidBody* body = stage->body(i);
+      if (!body || body->isStaticObject()) continue;
+      const bool slow = body->getLinearVelocity().length2() < kSlow * kSlow;
+      const double least = stage == pit.get() ? kPitDamping : kRollingDamping;
+      const double damping = least + kGrowingDamping * elapsed + (slow ? kSlowDamping : 0);
+      stage->damp(i, damping, damping);
+      body->setSleepingThresholds(kRestSpeed, kRestTurn);
+    }
 }
 
 void Deck::Bodies::latch() {
@@ -578,7 +604,8 @@ void Deck::Bodies::latch() {
       down[i] = body->getWorldTransform().getBasis()[1][1] < kDown || at.y() < pin.centre_of_mass - kSunk ||
                 std::abs(at.z()) > kLaneHalfWidth + kOffLane || at.x() > kDeckEnd + kOffLane;
     if (down[i]) {
-      const double extra = calming ? kCalmDamping : at.y() < kLow ? kRollingDamping : 0;
+      const bool slow = body->getLinearVelocity().length2() < kSlow * kSlow;
+      const double extra = at.y() < kLow ? kRollingDamping + (slow ? kSlowDamping : 0) : 0;
       deck.damp(i + 1, kPinDamping + extra, kPinSpinDamping + extra);
     }
   }
@@ -688,21 +715,17 @@ bool Deck::decided() const {
   return true;
 }
 
-void Deck::fix_standing() {
-  for (std::size_t i = 0; i < bodies_->down.size(); ++i)
-    if (!bodies_->down[i]) bodies_->deck.fix(i + 1);
+void Deck::play_out() {
+  Bodies& all = *bodies_;
+  for (std::size_t i = 0; i < all.down.size(); ++i)
+    if (!all.down[i]) all.deck.fix(i + 1);
+  all.playing_out = true;
+  all.played_out_from = all.ticks;
 }
 
 bool Deck::at_rest() const {
   const bool rest = bodies_->ball_left && bodies_->deck.asleep() && (!bodies_->pit || bodies_->pit->asleep());
   return rest;
-}
-
-void Deck::calm() {
-  bodies_->calming = true;
-  if (!bodies_->pit) return;
-  for (std::size_t i = 0; i <= bodies_->down.size(); ++i)
-    bodies_->pit->damp(i, kCalmDamping, kCalmDamping);
 }
 
 bool Deck::is_down(std::size_t pin) const {

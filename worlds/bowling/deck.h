@@ -68,12 +68,11 @@ class Deck {
   bool exploded() const;
   /// The pins that are up will stay up: the ball has left, and nothing that moves can reach them.
   bool decided() const;
-  /// From now on standing pins do not move any more, so that the rest shows what was decided.
-  void fix_standing();
+  /// From now on standing pins do not move any more, so that the rest shows what was decided, and everything
+  /// else comes to rest. Requires: decided.
+  void play_out();
   /// Everything has come to rest, in the pit too.
   bool at_rest() const;
-  /// Brings what still rolls to rest within about a second.
-  void calm();
 
   bool is_down(std::size_t pin) const;  ///< by its place in the rack; for good
   int down_count() const;

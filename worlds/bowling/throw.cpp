@@ -18,7 +18,6 @@ constexpr double kHandOver = 0.4;      // [m] before the first pin, where Bullet
 constexpr double kClearance = 0.02;    // [m], chosen: far more than closed form and Bullet differ by
 constexpr double kWidestPin = 0.0606;  // [m]
 constexpr double kLongestPlay = 15;    // [s] on the deck; what is not decided by then is a failure
-constexpr double kCalmAfter = 3;       // [s] from the decision until what still rolls is brought to rest
 constexpr double kLongestRest = 8;     // [s] from the decision
 constexpr int kFrameRate = 60;         // [frames/s]
 
@@ -198,11 +197,10 @@ class Throws final : public Physics {
 
   /// Plays on until everything rests, and writes the animation.
   void record_rest(const Roll& roll, const Ball& ball, Animation& animation) {
-    deck_.fix_standing();
+    deck_.play_out();
     const double decided = deck_.time();
     while (!deck_.exploded() && deck_.time() < decided + kLongestRest) {
       if (deck_.at_rest() && deck_.ticks() % (settings_.impact_rate / kFrameRate) == 0) break;
-      if (deck_.time() > decided + kCalmAfter) deck_.calm();
       deck_.step();
       if (!deck_.exploded()) record_frame();
     }
