@@ -604,8 +604,7 @@ void Deck::Bodies::latch() {
       down[i] = body->getWorldTransform().getBasis()[1][1] < kDown || at.y() < pin.centre_of_mass - kSunk ||
                 std::abs(at.z()) > kLaneHalfWidth + kOffLane || at.x() > kDeckEnd + kOffLane;
     if (down[i]) {
-      const bool slow = body->getLinearVelocity().length2() < kSlow * kSlow;
-      const double extra = at.y() < kLow ? kRollingDamping + (slow ? kSlowDamping : 0) : 0;
+      const double extra = at.y() < kLow ? kRollingDamping : 0;
       deck.damp(i + 1, kPinDamping + extra, kPinSpinDamping + extra);
     }
   }
