@@ -1,4 +1,4 @@
-"""Measures chains alone, chains behind the store, and the daemon while chains keep every core busy.
+"""Measures chains alone and behind the store, bowling throws, and the daemon while chains keep every core busy.
 
 Usage: bench.py BUILD_FOLDER [--quick]. Prints one table; see README.md, "How fast it is".
 """
@@ -43,17 +43,34 @@ def start_chains(connection, constraint, request):
     return scenario["id"], ask(connection, "POST", f"/v1/scenarios/{scenario['id']}/chains", request)["chains"]
 
 
+def measure_figures(program, arguments, bars):
+    output = subprocess.run([build / program, *arguments], check=True, capture_output=True, text=True).stdout
+    for line in output.splitlines():
+        figure = json.loads(line)
+        bar = next((bar for name, bar in bars.items() if figure["name"].startswith(name)), "")
+        row(figure["name"], figure["value"], figure["unit"], bar)
+
+
 def measure_chains():
-    arguments = ["0.3", "2"] if quick else ["2", "8"]
-    bars = {
+    measure_figures("bench_chain", ["0.3", "2"] if quick else ["2", "8"], {
         "bare chain, metropolis": "2,000,000",
         "bare chain, rejection": "2,000,000",
         "chain + store / bare chain": "0.85",
-    }
-    output = subprocess.run([build / "bench_chain", *arguments], check=True, capture_output=True, text=True).stdout
-    for line in output.splitlines():
-        figure = json.loads(line)
-        row(figure["name"], figure["value"], figure["unit"], bars.get(figure["name"], ""))
+    })
+
+
+def measure_bowling():
+    measure_figures("bench_bowling", ["--quick"] if quick else [], {
+        "bowling, prior draws": "350",
+        "bowling, ours / naive": "8",
+        "leave the 6-7, rejection: early rejection on / off": "1.4",
+        "leave the 6-7, metropolis: early rejection on / off": "1.4",
+        # The number of seeds ends these names.
+        "strike: first sample": "0.5",
+        "leave 6-7: first sample": "5",
+        "spare 6-7: first sample": "3",
+        "seven-ten: first sample": "3",
+    })
 
 
 def measure_daemon(folder):
@@ -112,6 +129,7 @@ def measure_daemon(folder):
 
 
 measure_chains()
+measure_bowling()
 with tempfile.TemporaryDirectory() as temporary:
     measure_daemon(pathlib.Path(temporary))
 widths = [max(len(cells[k]) for cells in rows) for k in range(4)]

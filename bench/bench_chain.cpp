@@ -1,7 +1,6 @@
 // The speed of ball2d's chains, bare and behind the Runner and the Store, in alternating rounds of one run.
 // Prints one JSON object a line for scripts/bench. Usage: bench_chain [seconds a round] [rounds]
 #include <chrono>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -9,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "bench/figure.h"
 #include "db/store.h"
 #include "server/api.h"
 #include "server/identifiers.h"
@@ -47,11 +47,6 @@ void run_bare(Chain& chain, Scenario::Performer& performer, double seconds, Rate
   rate.seconds += elapsed.count();
 }
 
-void print(const char* name, double value, const char* unit) {
-  std::printf("{\"name\":\"%s\",\"value\":%.6g,\"unit\":\"%s\"}\n", name, value, unit);
-  std::fflush(stdout);
-}
-
 void bench_bare(double seconds) {
   for (const Method method : {Method::metropolis, Method::rejection}) {
     const auto scenario = ball(0.1);
@@ -59,7 +54,7 @@ void bench_bare(double seconds) {
     Chain chain(scenario->target(Ratios::exact), {.seed = 1, .index = 0, .method = method});
     Rate rate;
     run_bare(chain, *performer, seconds, rate);
-    print(("bare chain, " + std::string(to_string(method))).c_str(), rate.per_second(), "iterations/s");
+    print_figure("bare chain, " + std::string(to_string(method)), rate.per_second(), "iterations/s");
   }
 }
 
@@ -95,13 +90,13 @@ void bench_server_path(double seconds, int rounds) {
       runner.pause(chain);
     }
     const Runner::Counters counters = runner.counters();
-    print("bare chain at 1 sample in 1,000", bare.per_second(), "iterations/s");
-    print("chain + store at 1 sample in 1,000", served.per_second(), "iterations/s");
-    print("chain + store / bare chain", served.per_second() / bare.per_second(), "ratio");
-    print("iterations a stored sample",
-          static_cast<double>(counters.iterations - counters_before.iterations) /
-              static_cast<double>(counters.samples - counters_before.samples),
-          "iterations");
+    print_figure("bare chain at 1 sample in 1,000", bare.per_second(), "iterations/s");
+    print_figure("chain + store at 1 sample in 1,000", served.per_second(), "iterations/s");
+    print_figure("chain + store / bare chain", served.per_second() / bare.per_second(), "ratio");
+    print_figure("iterations a stored sample",
+                 static_cast<double>(counters.iterations - counters_before.iterations) /
+                     static_cast<double>(counters.samples - counters_before.samples),
+                 "iterations");
   }
   std::filesystem::remove_all(folder);
 }
@@ -118,9 +113,9 @@ void bench_recording() {
   const Clock::time_point begin = Clock::now();
   for (int i = 0; i < kRepeats; ++i)
     bytes += static_cast<double>(encode_animation(performer->perform(chain.stay().state).animation).size());
-  print("record and encode one animation", Seconds(Clock::now() - begin).count() / kRepeats * 1e6,
-        "microseconds");
-  print("bytes of one recorded animation", bytes / kRepeats, "bytes");
+  print_figure("record and encode one animation", Seconds(Clock::now() - begin).count() / kRepeats * 1e6,
+               "microseconds");
+  print_figure("bytes of one recorded animation", bytes / kRepeats, "bytes");
 }
 
 }  // namespace
