@@ -63,9 +63,10 @@ def measure_bowling():
     measure_figures("bench_bowling", ["--quick"] if quick else [], {
         "bowling, prior draws": "350",
         "bowling, ours / naive": "8",
+        # How many steps ends these names.
         "leave the 6-7, rejection: early rejection on / off": "1.4",
         "leave the 6-7, metropolis: early rejection on / off": "1.4",
-        # The number of seeds ends these names.
+        # How many seeds ends these names.
         "strike: first sample": "0.5",
         "leave 6-7: first sample": "5",
         "spare 6-7: first sample": "3",

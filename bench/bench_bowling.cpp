@@ -20,18 +20,27 @@ using namespace retake;
 
 /// How much is measured.
 struct Extent {
-  std::uint64_t draws;   ///< from the prior
-  int naive_rounds;      ///< of kNaiveDraws
-  int rejection_rounds;  ///< of kChainSteps, with and without early rejection
-  int first_sample_seeds;
+  std::uint64_t draws;         ///< from the prior
+  std::uint64_t naive_rounds;  ///< of kNaiveDraws
+  int rejection_steps;         ///< with and without early rejection
+  int metropolis_steps;        ///< the first thousand or so lead to the wish, where little can be rejected
+  std::size_t first_sample_seeds;
   int recordings;
 };
-constexpr Extent kFull{
-    .draws = 3000, .naive_rounds = 20, .rejection_rounds = 12, .first_sample_seeds = 20, .recordings = 50};
-constexpr Extent kQuick{
-    .draws = 600, .naive_rounds = 3, .rejection_rounds = 3, .first_sample_seeds = 5, .recordings = 10};
+constexpr Extent kFull{.draws = 3000,
+                       .naive_rounds = 7,
+                       .rejection_steps = 1000,
+                       .metropolis_steps = 4000,
+                       .first_sample_seeds = 20,
+                       .recordings = 50};
+constexpr Extent kQuick{.draws = 600,
+                        .naive_rounds = 1,
+                        .rejection_steps = 300,
+                        .metropolis_steps = 300,
+                        .first_sample_seeds = 5,
+                        .recordings = 10};
 constexpr std::uint64_t kNaiveDraws = 20;
-constexpr int kChainSteps = 100;
+constexpr int kRoundSteps = 100;  // of a chain, before it is the other one's turn
 
 constexpr std::uint64_t kSeed = 1;
 
@@ -75,8 +84,9 @@ struct Tally {
   }
   void print_outcomes(const std::string& name) const {
     const auto all = static_cast<double>(draws);
-    print_figure("mean pins down, " + name, pins_down / all, "pins");
-    print_figure("strikes, " + name, 100 * static_cast<double>(strikes) / all, "%");
+    const std::string sample = " of " + std::to_string(draws) + " draws, " + name;
+    print_figure("mean pins down" + sample, pins_down / all, "pins");
+    print_figure("strikes" + sample, 100 * static_cast<double>(strikes) / all, "%");
   }
 };
 
@@ -118,8 +128,8 @@ void bench_naive(const Extent& extent) {
   OwnBowling own(*scenario);
   bowling::NaiveBowling naive;
   Tally own_tally, naive_tally;
-  for (int round = 0; round < extent.naive_rounds; ++round) {
-    const std::uint64_t first = static_cast<std::uint64_t>(round) * kNaiveDraws;
+  for (std::uint64_t round = 0; round < extent.naive_rounds; ++round) {
+    const std::uint64_t first = round * kNaiveDraws;
     own_tally.add(*scenario, first, kNaiveDraws, [&](const State& state) { return own.pins_down(state); });
     naive_tally.add(*scenario, first, kNaiveDraws,
                     [&](const State& state) { return naive.pins_down(releases.read(state)); });
@@ -139,15 +149,16 @@ void bench_early_rejection(const Extent& extent) {
       return Chain(scenario->target(Ratios::exact),
                    {.seed = kSeed, .index = 0, .method = method, .early_rejection = early_rejection});
     };
+    const int steps = method == Method::rejection ? extent.rejection_steps : extent.metropolis_steps;
     Chain on = make_chain(true), off = make_chain(false);
     const auto run = [&](Chain& chain) {
       const double begin = cpu_seconds();
-      for (int i = 0; i < kChainSteps; ++i)
+      for (int i = 0; i < kRoundSteps; ++i)
         chain.step(*performer);
       return cpu_seconds() - begin;
     };
     double on_seconds = 0, off_seconds = 0;
-    for (int round = 0; round < extent.rejection_rounds; ++round) {
+    for (int step = 0; step < steps; step += kRoundSteps) {
       on_seconds += run(on);
       off_seconds += run(off);
     }
@@ -155,7 +166,8 @@ void bench_early_rejection(const Extent& extent) {
     CHECK(on.counts().samples == off.counts().samples, on.counts().samples, off.counts().samples);
     CHECK(on.stay().iteration == off.stay().iteration, on.stay().iteration, off.stay().iteration);
     CHECK(on.stay().state == off.stay().state, on.stay().state.transpose(), off.stay().state.transpose());
-    print_figure("leave the 6-7, " + std::string(to_string(method)) + ": early rejection on / off",
+    print_figure("leave the 6-7, " + std::string(to_string(method)) + ": early rejection on / off, " +
+                     std::to_string(steps) + " steps",
                  off_seconds / on_seconds, "ratio");
   }
 }
@@ -163,7 +175,7 @@ void bench_early_rejection(const Extent& extent) {
 /// CPU time from nothing to the first sample, by the method that the world starts with.
 void bench_first_samples(const Extent& extent) {
   const Method method = find_world("bowling")->default_method();
-  const auto seeds = static_cast<std::size_t>(extent.first_sample_seeds);
+  const std::size_t seeds = extent.first_sample_seeds;
   const std::vector<std::string> names = {"strike", "leave 6-7", "spare 6-7", "seven-ten"};
   CHECK(names.size() == find_world("bowling")->examples().size());
   for (std::size_t which = 0; which < names.size(); ++which) {
