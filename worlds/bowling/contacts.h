@@ -22,8 +22,8 @@ struct PinPlace {
   Eigen::Vector3d axis;    ///< unit vector from base to head
 };
 
-/// What two bodies touch with.
-enum class Surface { lane, gutter, wall, pit, cushion, pin, ball };
+/// What the second of two bodies touches with.
+enum class Surface { lane, gutter, wall, pit, cushion, pin };
 
 struct Contact {
   Eigen::Vector3d point;   ///< [m] on the second body

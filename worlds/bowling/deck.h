@@ -1,20 +1,17 @@
 // Deck: ball and pins as rigid bodies, from the moment before the hit until the outcome is decided, and on
 // until everything rests if somebody watches. Paper, section 5.2. It must not know wishes, frames or JSON.
-//
-// The one place where Bullet is seen (deck.cpp): its broad phase, islands and solver; contacts are ours.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "worlds/animation.h"
-#include "worlds/bowling/contacts.h"
+#include "worlds/bowling/hit_log.h"
 #include "worlds/bowling/roll.h"
+#include "worlds/bowling/stage.h"
 
 namespace retake::bowling {
 
@@ -27,18 +24,7 @@ struct DeckSettings {
   int settle_rate = 120;  ///< [steps/s] afterwards; divides impact_rate
 };
 
-/// What one body does to another one.
-struct Hit {
-  double time;             ///< [s]
-  std::size_t first;       ///< a body: 0 the ball, then the pins in the rack's order
-  std::size_t second;      ///< a body, if `with` is ball or pin
-  Surface with;            ///< the second body's surface
-  double impulse;          ///< [N s]
-  Eigen::Vector3d point;   ///< [m]
-  Eigen::Vector3d normal;  ///< unit vector that pushes the first body
-};
-
-/// Simulates one throw at a time and is reused for many; owns a Bullet world.
+/// Simulates one throw at a time and is reused for many.
 /// Contract: what happens is a pure function of `set`'s arguments, bit for bit, whatever was simulated
 /// before. Whether it is watched changes nothing before it is decided. Thread safety: one thread at a time.
 class Deck {
@@ -80,15 +66,33 @@ class Deck {
   double first_contact() const;
   Pose pose(std::size_t body) const;
   Motion motion(std::size_t body) const;
-  const std::vector<Hit>& hits() const;  ///< in order of time, once at rest; of a watched throw
+  /// The hits of a watched throw, in order of time. Ends those under way.
+  std::vector<Hit> hits();
   /// Kinetic and potential, of everything on the deck [J].
   double mechanical_energy() const;
   /// Wakes every pin, as a test of their stand.
   void wake();
 
  private:
-  class Bodies;
-  std::unique_ptr<Bodies> bodies_;
+  void latch_fallen();
+  void take_leavers();
+  void move_to_pit(std::size_t body);
+  void slow_down();
+  const Stage& stage_of(std::size_t body) const;
+  double seconds(std::int64_t ticks) const { return static_cast<double>(ticks) / settings_.impact_rate; }
+  std::size_t bodies() const { return 1 + down_.size(); }
+
+  DeckSettings settings_;
+  double standing_height_;  ///< [m] of a standing pin's centre of mass
+  Stage stage_;
+  std::unique_ptr<Stage> pit_;  ///< where what has left is watched
+  Throw thrown_;
+  std::int64_t ticks_ = 0;
+  bool ball_left_ = false;
+  std::vector<bool> down_;
+  double first_contact_ = 0;
+  bool playing_out_ = false;
+  std::int64_t played_out_from_ = 0;
 };
 
 }  // namespace retake::bowling

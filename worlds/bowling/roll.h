@@ -23,9 +23,9 @@ struct Ball {
 };
 
 struct Motion {
-  Eigen::Vector3d position;          ///< [m] of the centre
-  Eigen::Vector3d linear_velocity;   ///< [m/s]
-  Eigen::Vector3d angular_velocity;  ///< [rad/s]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();          ///< [m] of the centre
+  Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();   ///< [m/s]
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< [rad/s]
 };
 
 /// Friction between ball and lane: one coefficient before a line across the lane, another one beyond it.
@@ -63,7 +63,7 @@ class Roll {
   struct Stretch {
     double start = 0;     ///< [s]
     double duration = 0;  ///< [s]
-    Motion motion;        ///< at its start
+    Motion motion{};      ///< at its start
     Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
     Eigen::Vector3d angular_acceleration = Eigen::Vector3d::Zero();
     Motion after(double seconds) const;

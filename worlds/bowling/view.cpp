@@ -96,7 +96,6 @@ std::size_t still_body(Surface surface, double z, std::size_t pins) {
     case Surface::cushion:
       return first + kCushionBody;
     case Surface::pin:
-    case Surface::ball:
       break;
   }
   CHECK(false, static_cast<int>(surface));
