@@ -96,7 +96,7 @@ std::vector<Thrown> all_sorts(std::uint64_t seed, int count, double sideways) {
     thrown.ball = {.radius = r, .mass = uniform(0.8, 1) * 1440 * 4 / 3 * std::numbers::pi * r * r * r};
     thrown.motion = {.position = {kFoulLine, r * uniform(1, 1.6), uniform(-0.2, 0.2)},
                      .linear_velocity = {uniform(4, 10), 0, uniform(-sideways, sideways)},
-                     .angular_velocity = {uniform(-30, 30), uniform(-10, 10), uniform(-60, 20)}};
+                     .angular_velocity = {uniform(-15, 15), uniform(-10, 10), uniform(-60, 20)}};
     const double before = uniform(0.03, 0.3);
     thrown.friction = i % 2 == 0 ? LaneFriction{before, before, kFoulLine}
                                  : LaneFriction{before, uniform(0.03, 0.3), kFoulLine + uniform(2, 16)};
@@ -140,7 +140,7 @@ TEST(BowlingRoll, FollowsANumericalIntegration) {
   }
   EXPECT_GT(bounces, 10);
   EXPECT_GT(gutters, 2) << "the throws do not cover gutters";
-  EXPECT_LT(gutters, 13) << "the throws do not cover the pins";
+  EXPECT_LT(gutters, 12) << "the throws do not cover the pins";
 }
 
 TEST(BowlingRoll, TimesAtAPlaceAreThoseAtWhichItIsThere) {
