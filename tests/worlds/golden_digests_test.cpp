@@ -1,0 +1,152 @@
+// Golden digests: a few animations of every example of every world are the same motion, bit for bit, as when
+// golden_digests.txt was written. worlds/README.md says how to renew the table.
+//
+// The mathematical library chooses other instructions for sin, exp and the like on processors without fused
+// multiplication, and rounds the last bit differently there; so each kind of processor has rows of its own.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/sampler/statistics.h"
+#include "tests/worlds/fixture.h"
+
+namespace retake::tests {
+namespace {
+
+constexpr const char* kTable = RETAKE_SOURCE_DIR "/tests/worlds/golden_digests.txt";
+constexpr const char* kHead =
+    "# kind of processor, world, seed, digest and title of each example; see worlds/README.md\n";
+
+/// What functions of the mathematical library say on a fixed grid: equal where they are rounded alike.
+std::string kind_of_processor() {
+  std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+  const auto add = [&](double value) {
+    for (int byte = 0; byte < 8; ++byte) {
+      hash ^= std::bit_cast<std::uint64_t>(value) >> (8 * byte) & 0xff;
+      hash *= 1099511628211u;
+    }
+  };
+  for (int i = 1; i <= 20000; ++i) {
+    const volatile double x = 0.0137 * i;  // volatile: what runs is the library, not the compiler
+    add(std::sin(x));
+    add(std::cos(x));
+    add(std::exp(-0.1 * x));
+    add(std::log(x));
+    add(std::pow(x, 1.7));
+    add(std::atan2(x, 3.1));
+  }
+  std::ostringstream text;
+  text << std::hex;
+  text.width(16);
+  text.fill('0');
+  text << hash;
+  return text.str();
+}
+
+struct Row {
+  std::string kind, world, seed, digest, title;
+  std::string key() const { return kind + " " + world + " " + seed + " " + title; }
+};
+
+std::vector<Row> rows_of_table() {
+  std::ifstream file(kTable);
+  std::vector<Row> rows;
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream words(line);
+    Row row;
+    words >> row.kind >> row.world >> row.seed >> row.digest;
+    std::getline(words >> std::ws, row.title);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// For each example and seed: of a few draws of the prior, the one with the most contacts, played to rest.
+std::vector<Row> rows_of_this_build() {
+  constexpr int kDraws = 5;
+  const std::string kind = kind_of_processor();
+  std::vector<Row> rows;
+  std::uint64_t number = 0;
+  for (const World* world : worlds())
+    for (const json& example : world->examples()) {
+      const auto scenario = Scenario::read(example);
+      const auto performer = scenario->make_performer();
+      for (const std::uint64_t seed : {1u, 2u, 3u}) {
+        RandomStream random = stream(seed, number);
+        std::string liveliest = "failed";
+        std::size_t most = 0;
+        for (int draw = 0; draw < kDraws; ++draw) {
+          const State state = draw_state(scenario->model(), random);
+          const auto take = performer->perform(state);
+          if (!take.complete || take.animation.events.size() < most) continue;
+          most = take.animation.events.size();
+          liveliest = digest(state, take.animation);
+        }
+        rows.push_back(
+            {kind, std::string(world->name()), std::to_string(seed), liveliest, scenario->title()});
+      }
+      ++number;
+    }
+  return rows;
+}
+
+/// Replaces the rows of this kind of processor and keeps those of others.
+void renew(const std::vector<Row>& mine) {
+  std::vector<Row> rows = rows_of_table();
+  std::erase_if(rows, [&](const Row& row) { return row.kind == mine.front().kind; });
+  rows.insert(rows.end(), mine.begin(), mine.end());
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.kind < b.kind; });
+  std::ofstream file(kTable);
+  file << kHead;
+  for (const Row& row : rows)
+    file << row.kind << ' ' << row.world << ' ' << row.seed << ' ' << row.digest << ' ' << row.title << '\n';
+  file.close();
+  ASSERT_TRUE(file) << "cannot write " << kTable;
+  std::printf("wrote %zu rows for processors of kind %s\n", mine.size(), mine.front().kind.c_str());
+}
+
+TEST(GoldenDigests, EveryExampleMovesAsItAlwaysDid) {
+  const std::vector<Row> mine = rows_of_this_build();
+  if (std::getenv("RETAKE_RENEW_GOLDEN")) {
+    renew(mine);
+    return;
+  }
+  std::map<std::string, std::string> golden;
+  std::map<std::string, int> kinds;
+  for (const Row& row : rows_of_table()) {
+    EXPECT_TRUE(golden.emplace(row.key(), row.digest).second) << "twice in the table: " << row.key();
+    ++kinds[row.kind];
+  }
+  const std::string& kind = mine.front().kind;
+  std::string known;
+  for (const auto& [name, count] : kinds)
+    known += " " + name + " (" + std::to_string(count) + " rows)";
+  ASSERT_TRUE(kinds.contains(kind))
+      << "no golden digests for processors of kind " << kind << "; there are" << known
+      << ". On a build that is known to be right, add rows with\n"
+         "  RETAKE_RENEW_GOLDEN=1 build/release/test_worlds --gtest_filter='GoldenDigests.*'";
+  for (const Row& row : mine) {
+    const auto found = golden.find(row.key());
+    if (found == golden.end()) {
+      ADD_FAILURE() << "not in the table, which has to be renewed: " << row.key();
+      continue;
+    }
+    EXPECT_EQ(row.digest, found->second)
+        << row.key() << "\nIf physics were meant to change: raise the world's version and renew the table.";
+  }
+  EXPECT_EQ(static_cast<std::size_t>(kinds[kind]), mine.size()) << "rows of examples that are no more";
+}
+
+}  // namespace
+}  // namespace retake::tests
