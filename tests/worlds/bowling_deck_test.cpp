@@ -125,12 +125,9 @@ Print play(Deck& deck, const Deck::Throw& thrown, std::size_t pins) {
   }
   print(deck, pins, bits);
   if (!thrown.watched) return bits;
-  deck.fix_standing();
-  const double decided = deck.time();
-  while (!deck.at_rest() && deck.time() < decided + 8) {
-    if (deck.time() > decided + 3) deck.calm();
+  deck.play_out();
+  for (const double end = deck.time() + 8; !deck.at_rest() && deck.time() < end;)
     deck.step();
-  }
   for (std::size_t body = 0; body <= pins; ++body)
     for (Eigen::Index k = 0; k < 3; ++k) {
       bits.push_back(std::bit_cast<std::uint64_t>(deck.pose(body).position[k]));
@@ -235,7 +232,7 @@ void expect_decisions_hold(int count) {
     std::vector<Pose> poses;
     for (std::size_t i = 0; i < kFullRack.size(); ++i)
       poses.push_back(watched.pose(1 + i));
-    watched.fix_standing();
+    watched.play_out();
     for (const double end = watched.time() + 8; !watched.at_rest() && watched.time() < end;)
       watched.step();
     ASSERT_FALSE(watched.exploded());
