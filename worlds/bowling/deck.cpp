@@ -20,6 +20,9 @@ constexpr double kBallLeaves = 0.15;     // [m] behind the deck's end, where it 
 constexpr double kPinLeaves = 0.20;      // [m]
 constexpr double kSunkInPit = -0.2;      // [m]; a pin so low has fallen behind the deck
 constexpr double kImpossibleSpeed = 60;  // [m/s]
+constexpr double kUpright = 0.99982;     // cosine of 1.1 degrees
+constexpr double kStill = 0.01;          // [m/s] below which a tilted pin leans on something
+constexpr double kStillTurn = 0.05;      // [rad/s]
 
 constexpr double kPinDamping = 0.02;      // [1/s]
 constexpr double kPinSpinDamping = 0.15;  // [1/s]
@@ -90,6 +93,13 @@ void Deck::latch_fallen() {
     if (!down_[i])
       down_[i] = stage_.axis(body).y() < kDown || at.y() < standing_height_ - kSunk ||
                  std::abs(at.z()) > kLaneHalfWidth + kOffLane || at.x() > kDeckEnd + kOffLane;
+    if (!down_[i] && stage_.axis(body).y() < kUpright) {
+      // Slow enough to fall asleep, a pin that totters is still about to fall over.
+      const Motion motion = stage_.motion(body);
+      if (motion.linear_velocity.squaredNorm() > kStill * kStill ||
+          motion.angular_velocity.squaredNorm() > kStillTurn * kStillTurn)
+        stage_.delay_sleep(body);
+    }
     if (down_[i]) {
       const double extra = at.y() < kLow ? kRollingDamping : 0;
       stage_.damp(body, kPinDamping + extra, kPinSpinDamping + extra);
@@ -175,7 +185,6 @@ bool Deck::exploded() const {
 
 bool Deck::decided() const {
   constexpr double kQuiet = 0.03, kQuietTurn = 0.1;  // [m/s], [rad/s]
-  constexpr double kUpright = 0.99982;               // cosine of 1.1 degrees
   constexpr double kReach = 0.30, kHorizon = 0.8;    // [m], [s]
   if (thrown_.pins_fixed || down_count() == static_cast<int>(down_.size())) return true;
   if (!ball_left_) return false;
@@ -209,6 +218,18 @@ bool Deck::at_rest() const {
     for (std::size_t body = 0; stage && body < bodies(); ++body)
       if (stage->has(body) && !stage->is_fixed(body) && stage->is_active(body)) return false;
   return true;
+}
+
+bool Deck::stands_again() const {
+  for (std::size_t i = 0; i < down_.size(); ++i) {
+    const std::size_t body = 1 + i;
+    if (!down_[i] || !stage_.has(body)) continue;
+    const Vector3d at = stage_.position(body);
+    const bool on_lane = at.x() < kDeckEnd && std::abs(at.z()) < kLaneHalfWidth;
+    if (on_lane && stage_.axis(body).y() > kUpright && std::abs(at.y() - standing_height_) < 0.005)
+      return true;
+  }
+  return false;
 }
 
 bool Deck::is_down(std::size_t pin) const {

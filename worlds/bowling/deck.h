@@ -60,6 +60,9 @@ class Deck {
   /// Everything has come to rest, in the pit too.
   bool at_rest() const;
 
+  /// A pin that counts as fallen has landed on its base and stands, once in thousands of throws.
+  bool stands_again() const;
+
   bool is_down(std::size_t pin) const;  ///< by its place in the rack; for good
   int down_count() const;
   /// When the ball first touched a pin [s]; infinity if it has not.

@@ -482,5 +482,8 @@ void Stage::let_sleep(std::size_t body) {
   if (world_->body(body).getActivationState() == DISABLE_DEACTIVATION)
     world_->body(body).forceActivationState(ACTIVE_TAG);
 }
+void Stage::delay_sleep(std::size_t body) {
+  world_->body(body).setDeactivationTime(0);
+}
 
 }  // namespace retake::bowling

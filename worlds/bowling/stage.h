@@ -58,7 +58,8 @@ class Stage {
   void set_sleeping_speeds(std::size_t body, double linear, double angular);
   void put_to_sleep(std::size_t body);
   void keep_awake(std::size_t body);
-  void let_sleep(std::size_t body);  ///< after keep_awake
+  void let_sleep(std::size_t body);    ///< after keep_awake
+  void delay_sleep(std::size_t body);  ///< by as long as it takes to fall asleep
 
  private:
   class World;

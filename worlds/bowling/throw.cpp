@@ -136,6 +136,8 @@ class Throws final : public Physics {
         if (bound <= recording.needed) return ended(SimulationEnd::stopped);
       }
     }
+    // What has fallen has to stay so: bounds rely on it, and so does whoever watches.
+    if (deck_.stands_again()) return ended(SimulationEnd::failed);
     return ended(SimulationEnd::complete);
   }
 
