@@ -4,7 +4,7 @@ import { h, say } from "./dom.js";
 import { icon } from "./icons.js";
 import { complain } from "./notice.js";
 import { keyframesPath } from "./takes.js";
-import { count, number, seconds, spaced } from "./words.js";
+import { count, measure, number, seconds, spaced } from "./words.js";
 
 export class Facts {
   constructor() {
@@ -39,7 +39,7 @@ export class Facts {
     /** @type {import("./types.js").Sample} */
     const sample = await request(pathOf("samples", id));
     if (this.id !== id) return;
-    fill(this.measures, Object.entries(sample.measures ?? {}).map(([name, value]) => [spaced(name), number(value)]));
+    fill(this.measures, Object.entries(sample.measures ?? {}).map(([name, value]) => [spaced(name), measure(name, value)]));
     fill(this.origin, [
       ["duration", seconds(sample.duration)],
       ["iteration", count(sample.iteration)],

@@ -103,6 +103,14 @@ export function fit({ box, azimuth, elevation }, aspect) {
   return { target, distance };
 }
 
+/** What is looked at: all that is framed, or what a camera that was moved has before it.
+ * @param {Framing} framing @param {{distance: number, target: THREE.Vector3}|null} [pose] */
+export function lookedAt(framing, pose) {
+  const sphere = framing.box.getBoundingSphere(new THREE.Sphere());
+  if (pose) sphere.set(pose.target, Math.max(0.5 * sphere.radius, 1.5 * pose.distance * Math.tan(THREE.MathUtils.degToRad(FIELD_OF_VIEW / 2))));
+  return sphere;
+}
+
 export function newCamera() {
   return new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 1000);
 }

@@ -222,9 +222,9 @@ export class Gallery {
     if (now - this.drawn < 1000 / TILE_RATE - 4) return true;
     this.drawn = now;
     const shown = [...this.tiles.values()].filter((tile) => tile.isShown);
-    const longest = Math.max(0.5, ...shown.map((tile) => tile.view.take.duration));
+    const longest = Math.max(0.5, ...shown.map((tile) => tile.plays));
     const time = ((now - this.start) / 1000) % (longest + HOLD);
-    for (const tile of shown) tile.at(Math.min(time, tile.view.take.duration));
+    for (const tile of shown) tile.playedFor(time);
     return true;
   }
 }

@@ -2,48 +2,155 @@
 import * as THREE from "../vendor/three.module.js";
 import { color } from "./theme.js";
 
+const SHADOW_REACH = 1.35; // radii of what is looked at
 const LIGHT_FROM = new THREE.Vector3(-0.32, 1, 0.34).normalize();
-const surfaces = new Map();
-const trails = new Map();
-let pattern = null;
+/** Bodies by name whose top mirrors what stands on it, and those that are laid of boards. */
+export const MIRROR = new Set(["lane"]);
+const BOARDED = new Set(["lane", "approach"]);
+const FLAT = new Set(["target", "markings", "finger_holes"]); // lie on other bodies
+const BOARDS = 39;
+const VARNISH = 0.86; // share of a mirroring floor's own colour
+const DARK = 0.12; // luminance below which the second tone of a sphere is the lighter one
 
-/** Two tones in octants, like a mark of the centre of mass, so that a turning sphere is seen to turn. */
-function octants() {
-  if (pattern) return pattern;
+const surfaces = new Map();
+const images = new Map();
+const trails = new Map();
+const patterns = new Map();
+let studio = null;
+
+/** @param {number} width @param {number} height @param {(context: CanvasRenderingContext2D) => void} paint */
+function painted(width, height, paint) {
   const canvas = document.createElement("canvas");
-  canvas.width = 512;
-  canvas.height = 256;
-  const context = canvas.getContext("2d");
-  for (let column = 0; column < 4; ++column) {
-    for (let row = 0; row < 2; ++row) {
-      context.fillStyle = (column + row) % 2 ? "#ffffff" : "#c4bfb9";
-      context.fillRect(column * 128, row * 128, 128, 128);
+  Object.assign(canvas, { width, height });
+  paint(canvas.getContext("2d"));
+  const texture = new THREE.CanvasTexture(canvas);
+  texture.colorSpace = THREE.SRGBColorSpace;
+  texture.anisotropy = 8;
+  return texture;
+}
+
+/** Two tones in octants, like a mark of the centre of mass, so that a turning sphere is seen to turn. @param {THREE.Color} tone */
+function octants(tone) {
+  const hsl = tone.getHSL({});
+  const dark = hsl.l < 0.5 && luminance(tone) < DARK;
+  const other = dark ? tone.clone().lerp(new THREE.Color("#dce8ff"), 0.2) : tone.clone().multiply(new THREE.Color("#c4bfb9"));
+  return painted(512, 256, (context) => {
+    for (let column = 0; column < 4; ++column) {
+      for (let row = 0; row < 2; ++row) {
+        context.fillStyle = `#${((column + row) % 2 ? tone : other).getHexString()}`;
+        context.fillRect(column * 128, row * 128, 128, 128);
+      }
     }
-  }
-  pattern = new THREE.CanvasTexture(canvas);
-  pattern.colorSpace = THREE.SRGBColorSpace;
-  pattern.anisotropy = 4;
-  return pattern;
+  });
+}
+
+const luminance = ({ r, g, b }) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
+
+/** Boards side by side, each joined of pieces of slightly different tone. */
+function boards() {
+  let seed = 7;
+  const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
+  return painted(2048, 16 * BOARDS, (context) => {
+    for (let board = 0; board < BOARDS; ++board) {
+      const top = 16 * board;
+      for (let from = -400 * random(), length = 0; from < 2048; from += length) {
+        length = 260 + 420 * random();
+        const light = 84 + 13 * random();
+        context.fillStyle = `hsl(${34 + 8 * random()} ${30 + 40 * random()}% ${light}%)`;
+        context.fillRect(from, top, length, 16);
+        for (let streak = 0; streak < 26; ++streak) {
+          context.fillStyle = `rgb(96 52 12 / ${2 + 5 * random()}%)`;
+          context.fillRect(from + length * random(), top + 16 * random(), 30 + 160 * random(), 0.6 + random());
+        }
+        context.fillStyle = "rgb(60 32 10 / 30%)";
+        context.fillRect(from, top, 1, 16);
+      }
+      context.fillStyle = "rgb(60 32 10 / 26%)";
+      context.fillRect(0, top, 2048, 1);
+    }
+  });
+}
+
+function pattern(key, make) {
+  if (!patterns.has(key)) patterns.set(key, make());
+  return patterns.get(key);
 }
 
 const validColor = (text) => (/^#[0-9a-f]{6}$/i.test(text ?? "") ? text : "#8a8f98");
 
+/** What a surface is like, by the body's name and shape. @param {import("./types.js").Body} body */
+function kindOf({ name, shape }) {
+  if (BOARDED.has(name)) return MIRROR.has(name) ? "varnish" : "boards";
+  if (FLAT.has(name)) return "flat";
+  return { sphere: "sphere", revolution: "revolution" }[shape?.type] ?? "plain";
+}
+
+/** Whether a body is solid enough for a shadow of its own. @param {import("./types.js").Body} body */
+export const castsShadow = (body) => !FLAT.has(body.name);
+
 /** The surface of a body. @param {import("./types.js").Body} body */
 export function surfaceOf(body) {
-  const kind = body.name === "target" ? "target" : body.shape?.type === "sphere" ? "sphere" : "plain";
+  const kind = kindOf(body);
   const key = `${kind} ${body.color}`;
-  if (!surfaces.has(key)) {
-    const surface = new THREE.MeshStandardMaterial({ color: validColor(body.color), roughness: 0.58, metalness: 0 });
-    if (kind === "sphere") {
-      surface.map = octants();
-      surface.roughness = 0.42;
-    }
-    if (kind === "target") {
-      Object.assign(surface, { polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2, roughness: 0.9 });
-    }
-    surfaces.set(key, surface);
-  }
+  if (!surfaces.has(key)) surfaces.set(key, surface(kind, validColor(body.color)));
   return surfaces.get(key);
+}
+
+function surface(kind, text) {
+  const made = new THREE.MeshStandardMaterial({ color: text, roughness: 0.58, metalness: 0 });
+  const tone = made.color.clone();
+  if (kind === "sphere") {
+    made.map = pattern(`octants ${text}`, () => octants(tone));
+    made.color.set("#ffffff");
+    Object.assign(made, luminance(tone) < DARK ? { roughness: 0.16, envMapIntensity: 1 } : { roughness: 0.42, envMapIntensity: 0 });
+  } else if (kind === "revolution") {
+    Object.assign(made, { roughness: 0.24, envMapIntensity: 0.5 });
+  } else if (kind === "flat") {
+    Object.assign(made, { polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2, roughness: 0.9 });
+  } else if (kind === "boards" || kind === "varnish") {
+    made.map = pattern("boards", boards);
+    made.roughness = 0.34;
+    // Drawn over the images in it, although not among what is transparent: all else is drawn after it.
+    if (kind === "varnish") Object.assign(made, { opacity: VARNISH, blending: THREE.CustomBlending, depthFunc: THREE.AlwaysDepth });
+  }
+  if (made.envMapIntensity !== 0 && (kind === "sphere" || kind === "revolution")) {
+    made.envMap = studio;
+    made.userData.gloss = true;
+  }
+  return made;
+}
+
+/** Where images are seen: the part of the view that a mirroring floor covers. */
+export const windowSurface = new THREE.MeshBasicMaterial({
+  colorWrite: false, depthWrite: false, stencilWrite: true, stencilRef: 1, stencilZPass: THREE.ReplaceStencilOp,
+});
+
+/** The surface of a body's mirror image, seen through that window alone. @param {import("./types.js").Body} body */
+export function imageSurface(body) {
+  const key = `${kindOf(body)} ${body.color}`;
+  if (!images.has(key)) {
+    const { map, color: tone } = surfaceOf(body);
+    images.set(key, new THREE.MeshLambertMaterial({ map, color: tone, fog: false, stencilWrite: true, stencilRef: 1, stencilFunc: THREE.EqualStencilFunc }));
+  }
+  return images.get(key);
+}
+
+/** Makes what glossy surfaces reflect: a hall with strips of light. @param {THREE.WebGLRenderer} renderer */
+export function lightStudio(renderer) {
+  const hall = new THREE.Scene();
+  const wall = new THREE.MeshBasicMaterial({ color: "#59616c", side: THREE.BackSide });
+  hall.add(new THREE.Mesh(new THREE.BoxGeometry(20, 8, 20), wall));
+  const lamp = new THREE.MeshBasicMaterial({ color: new THREE.Color(7, 6.7, 6.2) });
+  for (const x of [-5, 0, 5]) {
+    const strip = new THREE.Mesh(new THREE.BoxGeometry(1.1, 0.1, 12), lamp);
+    strip.position.set(x, 3.8, 0);
+    hall.add(strip);
+  }
+  const generator = new THREE.PMREMGenerator(renderer);
+  studio?.dispose();
+  studio = generator.fromScene(hall, 0.02).texture;
+  generator.dispose();
+  for (const made of surfaces.values()) if (made.userData.gloss) made.envMap = studio;
 }
 
 /** The surface of a shape that is not known. */
@@ -72,6 +179,7 @@ export class Surroundings {
     this.sun.castShadow = true;
     this.sun.shadow.radius = 3;
     this.sun.shadow.normalBias = 0.02;
+    this.sun.shadow.bias = -0.0005;
     this.scene.add(this.root, this.ambient, this.sun, this.sun.target);
     this.scene.fog = new THREE.Fog(0, 1, 10);
     this.wearTheme();
@@ -111,13 +219,13 @@ export class Surroundings {
     shadow.map = null;
   }
 
-  /** Points light, shadow and fog at what the camera looks at. @param {THREE.Box3} box @param {THREE.Camera} camera */
-  aim(box, camera) {
-    const { center, radius } = box.getBoundingSphere(new THREE.Sphere());
+  /** Points light, shadow and fog at what the camera looks at. @param {THREE.Sphere} seen @param {THREE.Camera} camera */
+  aim({ center, radius }, camera) {
+    const reach = SHADOW_REACH * radius;
     this.sun.target.position.copy(center);
-    this.sun.position.copy(center).addScaledVector(LIGHT_FROM, 2.5 * radius);
+    this.sun.position.copy(center).addScaledVector(LIGHT_FROM, 2.5 * reach);
     const lens = this.sun.shadow.camera;
-    Object.assign(lens, { left: -radius, right: radius, top: radius, bottom: -radius, near: 0.1 * radius, far: 4.5 * radius });
+    Object.assign(lens, { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * reach, far: 4.5 * reach });
     lens.updateProjectionMatrix();
     const distance = camera.position.distanceTo(center);
     this.scene.fog.near = distance + 1.2 * radius;

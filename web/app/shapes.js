@@ -6,7 +6,7 @@ const BUILD = {
   sphere: ({ radius }) => new THREE.SphereGeometry(radius, 48, 32),
   box: ({ half_extents: [x, y, z] }) => new THREE.BoxGeometry(2 * x, 2 * y, 2 * z),
   cylinder: ({ radius, height }) => new THREE.CylinderGeometry(radius, radius, height, 64),
-  revolution: ({ profile }) => new THREE.LatheGeometry(upwards(profile).map(([radius, y]) => new THREE.Vector2(radius, y)), 40),
+  revolution: ({ profile }) => revolution(upwards(profile)),
   mesh({ positions, indices }) {
     const flat = new THREE.BufferGeometry();
     flat.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
@@ -20,6 +20,57 @@ const BUILD = {
 
 /** A profile from its lowest point up, which makes the surface face outwards. @param {number[][]} profile */
 const upwards = (profile) => (profile[0][1] <= profile.at(-1)[1] ? profile : [...profile].reverse());
+
+const AROUND = 40; // facets of a solid of revolution
+const CREASE = 0.75; // [rad] a bend that is sharper than this stays an edge
+
+/** A solid of revolution that is smooth but for its edges, and round where it meets its axis. @param {number[][]} profile */
+function revolution(profile) {
+  const rings = ringsOf(profile);
+  const positions = [];
+  const normals = [];
+  for (const { radius, y, out, up } of rings) {
+    for (let side = 0; side <= AROUND; ++side) {
+      const angle = (2 * Math.PI * side) / AROUND;
+      positions.push(radius * Math.sin(angle), y, radius * Math.cos(angle));
+      normals.push(out * Math.sin(angle), up, out * Math.cos(angle));
+    }
+  }
+  const indices = [];
+  for (let ring = 0; ring + 1 < rings.length; ++ring) {
+    if (rings[ring].edge) continue;
+    for (let side = 0; side < AROUND; ++side) {
+      const a = ring * (AROUND + 1) + side;
+      const above = a + AROUND + 1;
+      indices.push(a, a + 1, above + 1, a, above + 1, above);
+    }
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
+  geometry.setAttribute("normal", new THREE.Float32BufferAttribute(normals, 3));
+  geometry.setIndex(indices);
+  return geometry;
+}
+
+/** The rings of a profile with the normals of its surface. An `edge` is two rings at one place. @param {number[][]} profile */
+function ringsOf(profile) {
+  const slopes = profile.slice(1).map(([radius, y], at) => Math.atan2(profile[at][0] - radius, y - profile[at][1]));
+  const rings = [];
+  profile.forEach(([radius, y], at) => {
+    const below = slopes[at - 1] ?? slopes[at];
+    const above = slopes[at] ?? slopes[at - 1];
+    const ring = (slope, edge = false) => rings.push({ radius, y, out: Math.cos(slope), up: Math.sin(slope), edge });
+    if (Math.abs(above - below) > CREASE) {
+      ring(below, true);
+      ring(above);
+    } else if (radius < 1e-9 && Math.abs(above) > Math.PI / 2 - CREASE) {
+      ring(Math.sign(above) * (Math.PI / 2));
+    } else {
+      ring((below + above) / 2);
+    }
+  });
+  return rings;
+}
 
 const shared = new Map();
 

@@ -1,8 +1,8 @@
 // The one WebGL canvas of the page. Views are elements; each is drawn into the rectangle that it covers, and only
 // when something in it changed.
 import * as THREE from "../vendor/three.module.js";
-import { aimCamera, fit, newCamera } from "./framing.js";
-import { Surroundings } from "./look.js";
+import { aimCamera, fit, lookedAt, newCamera } from "./framing.js";
+import { lightStudio, Surroundings } from "./look.js";
 import { onTheme } from "./theme.js";
 
 const MOST_PIXELS_PER_POINT = 2;
@@ -39,7 +39,11 @@ class Stage {
     this.renderer = this.#start();
     if (!this.renderer) return;
     this.surroundings = new Surroundings();
-    this.canvas.addEventListener("webglcontextrestored", () => this.redraw());
+    lightStudio(this.renderer);
+    this.canvas.addEventListener("webglcontextrestored", () => {
+      lightStudio(this.renderer);
+      this.redraw();
+    });
     addEventListener("resize", () => this.request());
     addEventListener("scroll", () => this.request(), { passive: true });
     onTheme(() => {
@@ -54,9 +58,9 @@ class Stage {
   }
 
   #start() {
-    const context = this.canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: true });
+    const context = this.canvas.getContext("webgl2", { antialias: true, alpha: true, stencil: true, preserveDrawingBuffer: true });
     if (!context) return null;
-    const renderer = new THREE.WebGLRenderer({ canvas: this.canvas, context, antialias: true, alpha: true });
+    const renderer = new THREE.WebGLRenderer({ canvas: this.canvas, context, antialias: true, alpha: true, stencil: true });
     renderer.shadowMap.enabled = true;
     return renderer;
   }
@@ -151,7 +155,7 @@ class Stage {
     view.take.pose(view.time, view.shown);
     surroundings.root.clear();
     surroundings.root.add(view.take.group);
-    surroundings.aim(framing.box, camera);
+    surroundings.aim(lookedAt(framing, view.cameraPose), camera);
     renderer.setViewport(x, pageHeight - y - height, width, height);
     const left = Math.max(x, 0);
     const bottom = Math.max(pageHeight - y - height, 0);

@@ -1,13 +1,18 @@
 // A Take: one animation ready to be drawn. Geometry is built once; motion is keyframe tracks that are interpolated.
 import * as THREE from "../vendor/three.module.js";
 import { geometryOf, isKnown, placeholder } from "./shapes.js";
-import { cageSurface, surfaceOf, trailSurface } from "./look.js";
-import { trailOf } from "./trail.js";
+import { cageSurface, castsShadow, surfaceOf, trailSurface } from "./look.js";
+import { lengthOf, trailOf } from "./trail.js";
 import { framingOf } from "./framing.js";
+import { Reflection } from "./reflection.js";
 
 const FORMAT = "retake.keyframes/1";
-const MOST_TRAILS = 12;
+const CROWD = 4; // with more movers than these, only the one that goes farthest leaves a trail
 const MOST_CONTACTS = 240;
+const FEW_CONTACTS = 24; // with more contacts than these, an arrow is only shown for a while
+const ARROW_STAYS = 0.4; // [s]
+const STIRRED = 0.01; // [m] from where it stood
+const LEAD = 1; // [s] before a second body begins to move
 const CONTACT_COLOR = "#cf3f2e";
 
 export class Take {
@@ -34,8 +39,38 @@ export class Take {
     /** What a camera should show. @type {import("./framing.js").Framing} */
     this.framing = framingOf(this, keyframes.view);
     this.size = this.framing.box.getSize(new THREE.Vector3()).length();
+    /** Where a reader who is short of time begins [s]. */
+    this.opening = Math.max(0, this.#turningPoint() - LEAD);
+    this.#addReflections(keyframes.bodies);
     this.#addTrails(trailWidth);
     this.#addContacts();
+  }
+
+  /** The movers that have a track of their own; others are parts of them. */
+  get #leaders() {
+    return this.movers.filter(({ body }, at) => this.movers.findIndex((other) => other.body.track === body.track) === at);
+  }
+
+  /** When a second body begins to move [s]; 0 if there is no such moment. */
+  #turningPoint() {
+    const stirs = this.#leaders.map(({ positions }) => {
+      for (let at = 3; at < positions.length; at += 3) {
+        const moved = Math.hypot(positions[at] - positions[0], positions[at + 1] - positions[1], positions[at + 2] - positions[2]);
+        if (moved > STIRRED) return at / 3 / this.rate;
+      }
+      return Infinity;
+    });
+    const second = stirs.sort((a, b) => a - b)[1];
+    return Number.isFinite(second) ? second : 0;
+  }
+
+  #addReflections(bodies) {
+    const floors = bodies.filter(Reflection.isFloor).map(({ name }) => this.group.getObjectByName(name));
+    this.reflections = floors.map((floor) => new Reflection(floor, this.movers));
+    for (const reflection of this.reflections) {
+      this.group.add(reflection);
+      this.owned.push(reflection.window);
+    }
   }
 
   #addBody(body, tracks, times, unknown) {
@@ -45,7 +80,7 @@ export class Take {
     if (owned) this.owned.push(geometry);
     const mesh = new THREE.Mesh(geometry, known ? surfaceOf(body) : cageSurface);
     mesh.name = body.name;
-    mesh.castShadow = known && body.name !== "target";
+    mesh.castShadow = known && castsShadow(body);
     mesh.receiveShadow = known;
     this.group.add(mesh);
     if (body.track === undefined) {
@@ -67,12 +102,15 @@ export class Take {
   }
 
   #addTrails(width) {
-    const radius = (this.movers.length > 1 ? 0.0016 : 0.0032) * this.size * width;
-    const trails = this.movers.map(({ body, positions }) => ({ body, ...trailOf(positions, radius) }));
+    const leaders = this.#leaders;
+    const most = leaders.length > CROWD ? 1 : leaders.length;
+    const radius = (leaders.length > 1 ? 0.0016 : 0.0032) * this.size * width;
+    const trails = leaders.map(({ body, positions }) => ({ body, positions, length: lengthOf(positions) }));
     trails.sort((a, b) => b.length - a.length);
-    for (const [rank, { body, geometry, indexCountAt, length }] of trails.entries()) {
+    for (const { body, positions, length } of trails.slice(0, most)) {
+      if (length < 0.02 * this.size) continue;
+      const { geometry, indexCountAt } = trailOf(positions, radius);
       this.owned.push(geometry);
-      if (rank >= MOST_TRAILS || length < 0.02 * this.size) continue;
       const mesh = new THREE.Mesh(geometry, trailSurface(body.color));
       // The same tube once more in full: where the body is going to be.
       const whole = new THREE.BufferGeometry().setAttribute("position", geometry.getAttribute("position")).setIndex(geometry.index);
@@ -91,6 +129,7 @@ export class Take {
     const placed = this.events.filter((event) => event.position && event.normal).slice(0, MOST_CONTACTS);
     if (!placed.length) return;
     const hardest = Math.max(...placed.map((event) => event.impulse ?? 0), 1e-9);
+    const hardness = (event) => Math.sqrt((event.impulse ?? 0) / hardest);
     const geometry = arrow();
     this.owned.push(geometry);
     this.contacts = new THREE.InstancedMesh(geometry, trailSurface(CONTACT_COLOR), placed.length);
@@ -98,11 +137,13 @@ export class Take {
     this.contacts.frustumCulled = false;
     this.contactTimes = placed.map((event) => event.time);
     const upright = new THREE.Vector3(0, 1, 0);
-    placed.forEach((event, at) => {
-      const length = 0.16 * this.size * (0.4 + 0.6 * Math.sqrt((event.impulse ?? 0) / hardest));
+    const few = placed.length <= FEW_CONTACTS;
+    this.arrowStays = few ? Infinity : ARROW_STAYS;
+    this.arrows = placed.map((event) => {
+      const length = this.size * (few ? 0.064 + 0.096 * hardness(event) : 0.01 + 0.1 * hardness(event));
       const turn = new THREE.Quaternion().setFromUnitVectors(upright, new THREE.Vector3().fromArray(event.normal).normalize());
       const place = new THREE.Vector3().fromArray(event.position);
-      this.contacts.setMatrixAt(at, new THREE.Matrix4().compose(place, turn, new THREE.Vector3(length, length, length)));
+      return new THREE.Matrix4().compose(place, turn, new THREE.Vector3(length, length, length));
     });
     this.group.add(this.contacts);
   }
@@ -119,10 +160,13 @@ export class Take {
     }
     this.paths.visible = path;
     this.ahead.visible = path && contacts;
+    for (const reflection of this.reflections) reflection.follow();
     if (this.contacts) {
       this.contacts.visible = path && contacts;
-      const later = this.contactTimes.findIndex((each) => each > t + 1e-6);
-      this.contacts.count = later < 0 ? this.contactTimes.length : later;
+      const shown = this.arrows.filter((_, at) => this.contactTimes[at] <= t + 1e-6 && this.contactTimes[at] >= t - this.arrowStays);
+      shown.forEach((arrow, at) => this.contacts.setMatrixAt(at, arrow));
+      this.contacts.count = shown.length;
+      this.contacts.instanceMatrix.needsUpdate = true;
     }
     const frame = Math.round(t * this.rate);
     for (const { mesh, indexCountAt } of this.trails) {

@@ -90,8 +90,17 @@ export class Tile {
     this.view.stale = true;
   }
 
-  /** Shows the moment `time` [s]. @param {number} time */
-  at(time) {
+  /** For how long it plays [s]: from its opening to its end. */
+  get plays() {
+    return this.view.take.duration - this.view.take.opening;
+  }
+
+  /** Shows what is seen after playing for `time` [s]. @param {number} time */
+  playedFor(time) {
+    this.#at(this.view.take.opening + Math.min(time, this.plays));
+  }
+
+  #at(time) {
     if (time === this.view.time) return;
     this.view.time = time;
     this.view.stale = true;
@@ -109,7 +118,7 @@ export class Tile {
     const start = performance.now();
     stage.run((now) => {
       if (!this.alone || !this.view.take || this.gallery.playsAll()) return false;
-      this.at(Math.min(Math.max(0, now - start) / 1000 % (this.view.take.duration + 0.8), this.view.take.duration));
+      this.playedFor((Math.max(0, now - start) / 1000) % (this.plays + 0.8));
       return true;
     });
   }
@@ -117,7 +126,7 @@ export class Tile {
   /** Stands still where it ended, its whole path drawn. */
   rest() {
     this.alone = false;
-    if (this.view.take && !this.gallery.playsAll()) this.at(this.view.take.duration);
+    if (this.view.take && !this.gallery.playsAll()) this.#at(this.view.take.duration);
   }
 
   close() {

@@ -6,25 +6,31 @@ const STILL = 1e-4; // [m] moves shorter than this add nothing to see
 
 /**
  * @param {ArrayLike<number>} positions 3 numbers a frame @param {number} radius [m]
- * @returns {{geometry: THREE.BufferGeometry, indexCountAt: Uint32Array, length: number}} how many indices show the
- *   path up to each frame, and the path's length in metres
+ * @returns {{geometry: THREE.BufferGeometry, indexCountAt: Uint32Array}} how many indices show the path up to each frame
  */
 export function trailOf(positions, radius) {
   const frames = positions.length / 3;
   const points = [];
   const ringOfFrame = new Uint32Array(frames);
-  let length = 0;
   for (let frame = 0; frame < frames; ++frame) {
     const point = new THREE.Vector3().fromArray(positions, 3 * frame);
     const gap = points.length ? point.distanceTo(points.at(-1)) : Infinity;
     if (gap > Math.max(STILL, radius * 0.25)) {
-      if (points.length) length += gap;
       points.push(point);
     }
     ringOfFrame[frame] = points.length - 1;
   }
   const geometry = tube(points, radius);
-  return { geometry, indexCountAt: ringOfFrame.map((ring) => ring * SIDES * 6), length };
+  return { geometry, indexCountAt: ringOfFrame.map((ring) => ring * SIDES * 6) };
+}
+
+/** How far a path goes [m]. @param {ArrayLike<number>} positions 3 numbers a frame */
+export function lengthOf(positions) {
+  let length = 0;
+  for (let at = 3; at < positions.length; at += 3) {
+    length += Math.hypot(positions[at] - positions[at - 3], positions[at + 1] - positions[at - 2], positions[at + 2] - positions[at - 1]);
+  }
+  return length;
 }
 
 function tube(points, radius) {

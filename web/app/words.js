@@ -31,16 +31,35 @@ export function seconds(value) {
 /** "rest_x" as people read it: "rest x". @param {string} name */
 export const spaced = (name) => name.replaceAll("_", " ");
 
+const degrees = (value) => `${number((180 * value) / Math.PI, 3)}°`;
+const unit = (name, scale = 1) => (value) => `${number(value * scale, 3)} ${name}`;
+
+/** How a measure reads whose name ends like this; any other is a bare number. @type {Object<string, (value: number) => string>} */
+const UNITS = { speed: unit("m/s"), angle: degrees, offset: unit("cm", 100), contact: unit("s") };
+
+const unitOf = (name) => (Object.hasOwn(UNITS, name.split("_").at(-1)) ? UNITS[name.split("_").at(-1)] : null);
+
+/** The value of a measure with the unit that its name tells of. @param {string} name @param {any} value */
+export const measure = (name, value, digits = 4) => (typeof value === "number" && unitOf(name)?.(value)) || number(value, digits);
+
 const list = (items) => (items.length < 2 ? items.join("") : `${items.slice(0, -1).join(", ")} and ${items.at(-1)}`);
 
-/** How each kind of constraint term reads. @type {Object<string, (term: any) => string>} */
+/** How each kind of constraint term reads. @type {Object<string, (term: any, model: any) => string>} */
 const TERMS = {
   rest_position(term) {
     const where = ["x", "y", "z"].filter((axis) => typeof term[axis] === "number").map((axis) => `${axis} = ${number(term[axis])} m`);
     const within = typeof term.tolerance === "number" ? `, within ${number(term.tolerance)} m` : "";
     return `it comes to rest at ${list(where)}${within}`;
   },
-  pins: (term) => (term.down?.length ? `pins ${list(term.down.map(String))} go down, and no other` : "every pin stays up"),
+  pins({ down = [] }, { rack = [] }) {
+    const stay = rack.filter((pin) => !down.includes(pin));
+    const pins = (some) => `${some.length === 1 ? "pin" : "pins"} ${list(some.map(String))}`;
+    const one = (some, verb) => (some.length === 1 ? `${verb}s` : verb);
+    if (!down.length) return "every pin stays up";
+    if (!stay.length) return down.length > 2 ? `all ${down.length} pins go down` : `${pins(down)} ${down.length === 1 ? "goes" : "go"} down`;
+    if (stay.length <= down.length) return `${pins(stay)} ${one(stay, "stay")} up, and every other goes down`;
+    return `${pins(down)} ${down.length === 1 ? "goes" : "go"} down, and no other`;
+  },
   spell: (term) => `the marbles spell “${term.text}”`,
   bins: () => "the marbles fill the marked bins, and no other",
   face_up: (term) => `face ${term.face} ends up`,
@@ -58,7 +77,7 @@ export function documentText({ world, title, model, constraints = [], ...rest })
 export function wish(scenario) {
   if (!scenario.constraints?.length) return "No wish: whatever may happen, as often as it may happen.";
   const parts = scenario.constraints.map((term) => {
-    const words = TERMS[term.kind]?.(term);
+    const words = TERMS[term.kind]?.(term, scenario.model ?? {});
     if (words) return words;
     const { kind, ...rest } = term;
     return `${spaced(kind)} (${Object.entries(rest).map(([key, value]) => `${spaced(key)} ${JSON.stringify(value)}`).join(", ")})`;
@@ -67,10 +86,14 @@ export function wish(scenario) {
   return `${sentence[0].toUpperCase()}${sentence.slice(1)}.`;
 }
 
-/** What a tile says of its sample: the first measures. @param {{measures: object}} sample */
+/** What a tile says of its sample: the first measures that are numbers, those with a unit before all others.
+ * @param {{measures: object}} sample */
 export function gist(sample, most = 2) {
-  return Object.entries(sample.measures ?? {})
+  const numbers = Object.entries(sample.measures ?? {}).filter(([, value]) => typeof value === "number");
+  const rank = ([name]) => (unitOf(name) ? Object.values(UNITS).indexOf(unitOf(name)) : Infinity);
+  return numbers
+    .sort((a, b) => (rank(a) === rank(b) ? 0 : rank(a) - rank(b)))
     .slice(0, most)
-    .map(([name, value]) => `${spaced(name)} ${number(value, 3)}`)
+    .map(([name, value]) => `${spaced(name)} ${measure(name, value, 3)}`)
     .join(" · ");
 }

@@ -9,7 +9,7 @@
 namespace retake::bowling {
 
 /// Fills in Animation::bodies: the ball and the pins as the deck counts them, then what stands still, then
-/// the stripes on the pins.
+/// what only the eye needs: the stripes on the pins, the lane's surroundings and markings, the finger holes.
 void write_scene(const std::vector<int>& rack, double ball_radius, Animation& animation);
 
 /// Which of Animation::bodies has this surface at a place on this side of the lane.
