@@ -22,15 +22,17 @@ const QUIET = [
 const SOFTWARE_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 
 /**
- * Starts `retake serve`.
- * @param {{store?: string, port?: number}} [options] a new store and any free port unless given
+ * Starts `retake serve`. A new store has one example, so that chains of others take no time from the test.
+ * @param {{store?: string, port?: number, world?: string|null, samples?: number}} [options] a new store and any free
+ *   port unless given; the world of the example, null for what the program itself adds; how many samples are found
  * @returns {Promise<{address: string, port: number, store: string, end: () => Promise<void>, remove: () => Promise<void>}>}
  */
-export async function startProgram({ store, port = 0 } = {}) {
+export async function startProgram({ store, port = 0, world = "ball2d", samples = 400 } = {}) {
   if (!PROGRAM) throw new Error("RETAKE_PROGRAM must name the program to be tested");
   const folder = store ? null : await mkdtemp(join(tmpdir(), "retake-web-"));
   const path = store ?? join(folder, "retake.db");
-  const program = spawn(PROGRAM, ["serve", "--listen", `127.0.0.1:${port}`, "--store", path, "--threads", "1"], {
+  const examples = world === null ? [] : ["--no-examples"];
+  const program = spawn(PROGRAM, ["serve", "--listen", `127.0.0.1:${port}`, "--store", path, "--threads", "1", ...examples], {
     stdio: ["ignore", "pipe", "pipe"],
   });
   const ended = new Promise((resolve) => program.once("exit", (code, signal) => resolve({ code, signal })));
@@ -51,7 +53,15 @@ export async function startProgram({ store, port = 0 } = {}) {
     if (code !== 0) throw new Error(`the program ended with ${code ?? signal} and said: ${said}`);
   };
   const remove = () => (folder ? rm(folder, { recursive: true, force: true }) : undefined);
-  return { address, port: Number(new URL(address).port), store: path, end, remove };
+  const started = { address, port: Number(new URL(address).port), store: path, end, remove };
+  if (!store && world !== null) await addExample(started, world, samples);
+  return started;
+}
+
+async function addExample(program, world, samples) {
+  const { worlds } = await api(program, "/v1/worlds");
+  const { id } = await api(program, "/v1/scenarios", json(worlds.find(({ name }) => name === world).examples[0]));
+  await api(program, `/v1/scenarios/${id}/chains`, json({ count: 2, stop: { samples } }));
 }
 
 /** @param {{webgl?: boolean}} [options] */

@@ -25,7 +25,7 @@ function painted(width, height, paint) {
   paint(canvas.getContext("2d"));
   const texture = new THREE.CanvasTexture(canvas);
   texture.colorSpace = THREE.SRGBColorSpace;
-  texture.anisotropy = 8;
+  texture.anisotropy = 4;
   return texture;
 }
 
@@ -85,8 +85,8 @@ function kindOf({ name, shape }) {
   return { sphere: "sphere", revolution: "revolution" }[shape?.type] ?? "plain";
 }
 
-/** Whether a body is solid enough for a shadow of its own. @param {import("./types.js").Body} body */
-export const castsShadow = (body) => !FLAT.has(body.name);
+/** Whether a body lies on another one, and has no shadow of its own. @param {import("./types.js").Body} body */
+export const isFlat = (body) => FLAT.has(body.name);
 
 /** The surface of a body. @param {import("./types.js").Body} body */
 export function surfaceOf(body) {

@@ -1,7 +1,7 @@
 // A Take: one animation ready to be drawn. Geometry is built once; motion is keyframe tracks that are interpolated.
 import * as THREE from "../vendor/three.module.js";
 import { geometryOf, isKnown, placeholder } from "./shapes.js";
-import { cageSurface, castsShadow, surfaceOf, trailSurface } from "./look.js";
+import { cageSurface, isFlat, surfaceOf, trailSurface } from "./look.js";
 import { lengthOf, trailOf } from "./trail.js";
 import { framingOf } from "./framing.js";
 import { Reflection } from "./reflection.js";
@@ -46,7 +46,7 @@ export class Take {
     this.#addContacts();
   }
 
-  /** The movers that have a track of their own; others are parts of them. */
+  /** The first mover on each track; others are parts of them. */
   get #leaders() {
     return this.movers.filter(({ body }, at) => this.movers.findIndex((other) => other.body.track === body.track) === at);
   }
@@ -80,7 +80,9 @@ export class Take {
     if (owned) this.owned.push(geometry);
     const mesh = new THREE.Mesh(geometry, known ? surfaceOf(body) : cageSurface);
     mesh.name = body.name;
-    mesh.castShadow = known && castsShadow(body);
+    // What shares a track is a part of the body that has it first, and so are their shadows.
+    const isPart = body.track !== undefined && this.movers.some((other) => other.body.track === body.track);
+    mesh.castShadow = known && !isFlat(body) && !isPart;
     mesh.receiveShadow = known;
     this.group.add(mesh);
     if (body.track === undefined) {
