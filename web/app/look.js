@@ -12,11 +12,13 @@ const BOARDS = 39;
 const VARNISH = 0.86; // share of a mirroring floor's own colour
 const DARK = 0.12; // luminance below which the second tone of a sphere is the lighter one
 
+const LIGHT = 0.4; // luminance above which what shines is a light ground
+
 const surfaces = new Map();
 const images = new Map();
 const trails = new Map();
 const patterns = new Map();
-let studio = null;
+let hallSeen = null;
 
 /** @param {number} width @param {number} height @param {(context: CanvasRenderingContext2D) => void} paint */
 function painted(width, height, paint) {
@@ -33,7 +35,7 @@ function painted(width, height, paint) {
 function octants(tone) {
   const hsl = tone.getHSL({});
   const dark = hsl.l < 0.5 && luminance(tone) < DARK;
-  const other = dark ? tone.clone().lerp(new THREE.Color("#dce8ff"), 0.2) : tone.clone().multiply(new THREE.Color("#c4bfb9"));
+  const other = dark ? tone.clone().lerp(new THREE.Color("#dce8ff"), 0.3) : tone.clone().multiply(new THREE.Color("#c4bfb9"));
   return painted(512, 256, (context) => {
     for (let column = 0; column < 4; ++column) {
       for (let row = 0; row < 2; ++row) {
@@ -80,7 +82,7 @@ const validColor = (text) => (/^#[0-9a-f]{6}$/i.test(text ?? "") ? text : "#8a8f
 
 /** What a surface is like, by the body's name and shape. @param {import("./types.js").Body} body */
 function kindOf({ name, shape }) {
-  if (BOARDED.has(name)) return MIRROR.has(name) ? "varnish" : "boards";
+  if (BOARDED.has(name)) return MIRROR.has(name) ? "varnished boards" : "boards";
   if (FLAT.has(name)) return "flat";
   return { sphere: "sphere", revolution: "revolution" }[shape?.type] ?? "plain";
 }
@@ -97,27 +99,64 @@ export function surfaceOf(body) {
 }
 
 function surface(kind, text) {
-  const made = new THREE.MeshStandardMaterial({ color: text, roughness: 0.58, metalness: 0 });
-  const tone = made.color.clone();
-  if (kind === "sphere") {
-    made.map = pattern(`octants ${text}`, () => octants(tone));
-    made.color.set("#ffffff");
-    Object.assign(made, luminance(tone) < DARK ? { roughness: 0.16, envMapIntensity: 1 } : { roughness: 0.42, envMapIntensity: 0 });
-  } else if (kind === "revolution") {
-    Object.assign(made, { roughness: 0.24, envMapIntensity: 0.5 });
-  } else if (kind === "flat") {
-    Object.assign(made, { polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2, roughness: 0.9 });
-  } else if (kind === "boards" || kind === "varnish") {
-    made.map = pattern("boards", boards);
-    made.roughness = 0.34;
-    // Drawn over the images in it, although not among what is transparent: all else is drawn after it.
-    if (kind === "varnish") Object.assign(made, { opacity: VARNISH, blending: THREE.CustomBlending, depthFunc: THREE.AlwaysDepth });
-  }
-  if (made.envMapIntensity !== 0 && (kind === "sphere" || kind === "revolution")) {
-    made.envMap = studio;
-    made.userData.gloss = true;
-  }
+  const tone = new THREE.Color(text);
+  const map = kind === "sphere" ? pattern(`octants ${text}`, () => octants(tone)) : kind.includes("board") ? pattern("boards", boards) : null;
+  const paint = kind === "sphere" ? "#ffffff" : text; // the octants have the colour in them
+  if (kind === "revolution" || (kind === "sphere" && luminance(tone) < DARK)) return glossy(paint, map, luminance(tone) < LIGHT);
+  const made = new THREE.MeshStandardMaterial({ color: paint, map, roughness: 0.58, metalness: 0 });
+  if (kind === "sphere") made.roughness = 0.42;
+  if (kind === "flat") Object.assign(made, { polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2, roughness: 0.9 });
+  if (map && kind !== "sphere") made.roughness = 0.34;
+  // Drawn over the images in it, although not among what is transparent: all else is drawn after it.
+  if (kind === "varnished boards") Object.assign(made, { opacity: VARNISH, blending: THREE.CustomBlending, depthFunc: THREE.AlwaysDepth });
   return made;
+}
+
+/** What shines reflects the lights of a hall: added to a dark ground, mixed into a light one. */
+function glossy(paint, map, dark) {
+  return new THREE.MeshPhongMaterial({
+    color: paint,
+    map,
+    specular: "#4a4a4a",
+    shininess: 90,
+    envMap: (hallSeen ??= hall()),
+    combine: dark ? THREE.AddOperation : THREE.MixOperation,
+    reflectivity: dark ? 0.3 : 0.07,
+    emissive: dark ? "#000000" : new THREE.Color(paint).multiplyScalar(0.09),
+  });
+}
+
+/** A dim hall with strips of light on its ceiling, as a cube. */
+function hall() {
+  const side = (paint) => {
+    const canvas = document.createElement("canvas");
+    canvas.width = canvas.height = 128;
+    paint(canvas.getContext("2d"));
+    return canvas;
+  };
+  const wall = side((context) => {
+    const shade = context.createLinearGradient(0, 0, 0, 128);
+    shade.addColorStop(0, "#6b727b");
+    shade.addColorStop(0.5, "#2e3238");
+    shade.addColorStop(1, "#1c1a18");
+    context.fillStyle = shade;
+    context.fillRect(0, 0, 128, 128);
+  });
+  const ceiling = side((context) => {
+    context.fillStyle = "#5b626b";
+    context.fillRect(0, 0, 128, 128);
+    context.filter = "blur(3px)";
+    context.fillStyle = "#ffffff";
+    for (const from of [12, 54, 96]) context.fillRect(from, 8, 20, 112);
+  });
+  const floor = side((context) => {
+    context.fillStyle = "#1c1a18";
+    context.fillRect(0, 0, 128, 128);
+  });
+  const cube = new THREE.CubeTexture([wall, wall, ceiling, floor, wall, wall]);
+  cube.colorSpace = THREE.SRGBColorSpace;
+  cube.needsUpdate = true;
+  return cube;
 }
 
 /** Where images are seen: the part of the view that a mirroring floor covers. */
@@ -133,24 +172,6 @@ export function imageSurface(body) {
     images.set(key, new THREE.MeshLambertMaterial({ map, color: tone, fog: false, stencilWrite: true, stencilRef: 1, stencilFunc: THREE.EqualStencilFunc }));
   }
   return images.get(key);
-}
-
-/** Makes what glossy surfaces reflect: a hall with strips of light. @param {THREE.WebGLRenderer} renderer */
-export function lightStudio(renderer) {
-  const hall = new THREE.Scene();
-  const wall = new THREE.MeshBasicMaterial({ color: "#59616c", side: THREE.BackSide });
-  hall.add(new THREE.Mesh(new THREE.BoxGeometry(20, 8, 20), wall));
-  const lamp = new THREE.MeshBasicMaterial({ color: new THREE.Color(7, 6.7, 6.2) });
-  for (const x of [-5, 0, 5]) {
-    const strip = new THREE.Mesh(new THREE.BoxGeometry(1.1, 0.1, 12), lamp);
-    strip.position.set(x, 3.8, 0);
-    hall.add(strip);
-  }
-  const generator = new THREE.PMREMGenerator(renderer);
-  studio?.dispose();
-  studio = generator.fromScene(hall, 0.02).texture;
-  generator.dispose();
-  for (const made of surfaces.values()) if (made.userData.gloss) made.envMap = studio;
 }
 
 /** The surface of a shape that is not known. */

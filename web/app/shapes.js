@@ -21,7 +21,7 @@ const BUILD = {
 /** A profile from its lowest point up, which makes the surface face outwards. @param {number[][]} profile */
 const upwards = (profile) => (profile[0][1] <= profile.at(-1)[1] ? profile : [...profile].reverse());
 
-const AROUND = 40; // facets of a solid of revolution
+const AROUND = 32; // facets of a solid of revolution
 const CREASE = 0.75; // [rad] a bend that is sharper than this stays an edge
 
 /** A solid of revolution that is smooth but for its edges, and round where it meets its axis. @param {number[][]} profile */

@@ -2,7 +2,7 @@
 // when something in it changed.
 import * as THREE from "../vendor/three.module.js";
 import { aimCamera, fit, lookedAt, newCamera } from "./framing.js";
-import { lightStudio, Surroundings } from "./look.js";
+import { Surroundings } from "./look.js";
 import { onTheme } from "./theme.js";
 
 const MOST_PIXELS_PER_POINT = 2;
@@ -39,11 +39,7 @@ class Stage {
     this.renderer = this.#start();
     if (!this.renderer) return;
     this.surroundings = new Surroundings();
-    lightStudio(this.renderer);
-    this.canvas.addEventListener("webglcontextrestored", () => {
-      lightStudio(this.renderer);
-      this.redraw();
-    });
+    this.canvas.addEventListener("webglcontextrestored", () => this.redraw());
     addEventListener("resize", () => this.request());
     addEventListener("scroll", () => this.request(), { passive: true });
     onTheme(() => {
