@@ -31,7 +31,7 @@ export function seconds(value) {
 /** "rest_x" as people read it: "rest x". @param {string} name */
 export const spaced = (name) => name.replaceAll("_", " ");
 
-const degrees = (value) => `${number((180 * value) / Math.PI, 3)}°`;
+const degrees = (value) => `${((180 * value) / Math.PI).toFixed(1)}°`;
 const unit = (name, scale = 1) => (value) => `${number(value * scale, 3)} ${name}`;
 
 /** How a measure reads whose name ends like this; any other is a bare number. @type {Object<string, (value: number) => string>} */
@@ -86,7 +86,8 @@ export function wish(scenario) {
   return `${sentence[0].toUpperCase()}${sentence.slice(1)}.`;
 }
 
-/** What a tile says of its sample: the first measures that are numbers, those with a unit before all others.
+/** What a tile says of its sample: the first measures that are numbers, those with a unit before all others. A word
+ * that a name begins with like the one before it is not said again.
  * @param {{measures: object}} sample */
 export function gist(sample, most = 2) {
   const numbers = Object.entries(sample.measures ?? {}).filter(([, value]) => typeof value === "number");
@@ -94,6 +95,10 @@ export function gist(sample, most = 2) {
   return numbers
     .sort((a, b) => (rank(a) === rank(b) ? 0 : rank(a) - rank(b)))
     .slice(0, most)
-    .map(([name, value]) => `${spaced(name)} ${measure(name, value, 3)}`)
+    .map(([name, value], at, all) => {
+      const [first, ...rest] = name.split("_");
+      const again = rest.length && at > 0 && all[at - 1][0].split("_")[0] === first;
+      return `${again ? rest.join(" ") : spaced(name)} ${measure(name, value, 3)}`;
+    })
     .join(" · ");
 }
