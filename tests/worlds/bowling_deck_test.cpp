@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <numbers>
 #include <set>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -317,6 +319,44 @@ TEST(SlowBowlingDeck, AnimationsEndWithThePinsDownThatAreSaidToBe) {
   expect_animations_end_as_measured(
       {{"rack", {7, 10}}, {"release", "modern"}, {"oil", true}, {"pit_cushion", true}}, 1500);
   expect_animations_end_as_measured({{"pit_cushion", true}}, 1500);
+}
+
+// --- Contact events ------------------------------------------------------------------------------------
+
+TEST(BowlingDeck, HitsAreTold) {
+  const auto scenario = strike();
+  const auto performer = scenario->make_performer();
+  const std::size_t first_contact = measure_index(*scenario, "first_contact"),
+                    pins_down = measure_index(*scenario, "pins_down");
+  int throws = 0;
+  for (const State& state : draw_states(scenario->model(), 271, 60)) {
+    const auto take = performer->perform(state);
+    if (!take.complete || members_of(take.score.measures[pins_down]).size() < 3) continue;
+    ++throws;
+    const auto& bodies = take.animation.bodies;
+    double first_hit = std::numeric_limits<double>::infinity(), hardest = 0;
+    int among_pins = 0;
+    std::set<std::string> hit;
+    for (const ContactEvent& event : take.animation.events) {
+      const std::string &one = bodies[event.bodies[0]].name, &other = bodies[event.bodies[1]].name;
+      ASSERT_GT(event.impulse, 0);
+      if (other.starts_with("pin_")) hit.insert(other);
+      if (one.starts_with("pin_")) hit.insert(one);
+      among_pins += one.starts_with("pin_") && other.starts_with("pin_");
+      if (one != "ball" || !other.starts_with("pin_")) continue;
+      first_hit = std::min(first_hit, event.time);
+      hardest = std::max(hardest, event.impulse);
+    }
+    // A pin that falls was hit by something, and the first hit is where the measure says.
+    for (const int pin : members_of(take.score.measures[pins_down]))
+      EXPECT_TRUE(hit.contains("pin_" + std::to_string(pin))) << pin;
+    EXPECT_NEAR(first_hit, take.score.measures[first_contact], 0.005);
+    EXPECT_GT(among_pins, 0);
+    // A pin of 1.55 kg leaves a ball of 5 m/s with up to twice that.
+    EXPECT_GT(hardest, 1);
+    EXPECT_LT(hardest, 25);
+  }
+  EXPECT_GT(throws, 20);
 }
 
 }  // namespace

@@ -285,7 +285,7 @@ class Stage::World {
     solver.m_erp = solver.m_erp2 = 0.2;
     solver.m_linearSlop = 0;
     solver.m_restitutionVelocityThreshold = kSlowestBounce;
-    solver.m_solverMode = 0;  // contacts are new in every step: there is nothing to start warm from
+    solver.m_solverMode = SOLVER_USE_WARMSTARTING;  // contacts are new in every step: it only keeps impulses
   }
   ~World() { empty(); }
   World(const World&) = delete;
