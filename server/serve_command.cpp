@@ -85,12 +85,16 @@ void add_examples(Api& api) {
   StopRule stop;
   stop.samples = kExampleSamples;
   stop.seconds = kExampleSeconds;
-  for (const World* world : worlds())
-    for (const nlohmann::json& document : world->examples()) {
+  for (const World* world : worlds()) {
+    // Lists show the newest first: so a world's first example comes before its others.
+    std::vector<nlohmann::json> examples = world->examples();
+    std::reverse(examples.begin(), examples.end());
+    for (const nlohmann::json& document : examples) {
       const auto scenario = Scenario::read(document);
       const Store::AddedScenario added = api.store.add_scenario(new_scenario_record(*scenario));
       start_default_chains(api.runner, *scenario, added.scenario.id, 2, stop);
     }
+  }
 }
 
 /// The signals that end the daemon, blocked in every thread that is made from here on.
