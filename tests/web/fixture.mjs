@@ -35,6 +35,10 @@ export async function startProgram({ store, port = 0, world = "ball2d", samples 
   const program = spawn(PROGRAM, ["serve", "--listen", `127.0.0.1:${port}`, "--store", path, "--threads", "1", ...examples], {
     stdio: ["ignore", "pipe", "pipe"],
   });
+  // A test that failed has not ended its program.
+  const endToo = () => program.kill("SIGKILL");
+  process.once("exit", endToo);
+  program.once("exit", () => process.off("exit", endToo));
   const ended = new Promise((resolve) => program.once("exit", (code, signal) => resolve({ code, signal })));
   let said = "";
   const address = await new Promise((resolve, reject) => {

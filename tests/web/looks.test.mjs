@@ -94,14 +94,14 @@ test("without a stream to spare the page asks for news instead", async () => {
     const ending = new AbortController();
     const response = await fetch(new URL("/v1/events", crowded.address), { signal: ending.signal });
     refused = response.status === 503;
-    streams.push(ending);
+    streams.push({ ending, response }); // a response that nobody holds is collected, and its stream ends
   }
   const { page, faults, close } = await newPage(browser, {}, /\b503\b/);
   await page.goto(crowded.address);
   await page.waitForFunction(() => document.getElementById("connection").dataset.state === "asking");
   assert.ok(await page.locator("#banner").isHidden());
   await drawnTiles(page, 2);
-  for (const stream of streams) stream.abort();
+  for (const { ending } of streams) ending.abort();
   await page.waitForFunction(() => document.getElementById("connection").dataset.state === "live");
   assert.deepEqual(faults, []);
   await close();

@@ -61,8 +61,7 @@ void find_pin_and_lane(const PinPlace& pin, const Surroundings& surroundings, Co
 void find_ball_and_pin(const Eigen::Vector3d& centre, double radius, const PinPlace& pin, Contacts& contacts);
 void find_pin_and_pin(const PinPlace& first, const PinPlace& second, Contacts& contacts);
 
-/// Half the extents of the smallest upright box around a pin whose centre of mass is its centre's origin:
-/// returns the box's lowest and highest corner relative to the centre.
+/// The lowest and the highest corner of the smallest upright box around a pin, from its centre of mass [m].
 std::array<Eigen::Vector3d, 2> pin_bounds(const Eigen::Vector3d& axis);
 
 }  // namespace retake::bowling

@@ -24,11 +24,9 @@ constexpr double kUpright = 0.99982;     // cosine of 1.1 degrees
 constexpr double kStill = 0.01;          // [m/s] below which a tilted pin leans on something
 constexpr double kStillTurn = 0.05;      // [rad/s]
 
-constexpr double kPinDamping = 0.02;      // [1/s]
-constexpr double kPinSpinDamping = 0.15;  // [1/s]
-constexpr double kLow = 0.12;             // [m]; a fallen pin whose centre is below lies and rolls
-constexpr double kRollingDamping = 1;     // [1/s] more, for the resistance of rolling
-constexpr double kPitDamping = 2;         // [1/s], the carpet
+constexpr double kLow = 0.12;          // [m]; a fallen pin whose centre is below lies and rolls
+constexpr double kRollingDamping = 1;  // [1/s] more, for the resistance of rolling
+constexpr double kPitDamping = 2;      // [1/s], the carpet
 // Once it is decided, chosen to let everything come to rest softly and within seconds:
 constexpr double kSlow = 0.3;          // [m/s]
 constexpr double kSlowDamping = 4;     // [1/s] more of what is slower

@@ -13,10 +13,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPinDamping = 0.02;      // [1/s]
-constexpr double kPinSpinDamping = 0.15;  // [1/s]
-constexpr double kSleepSpeed = 0.08;      // [m/s]
-constexpr double kSleepTurn = 0.6;        // [rad/s]
+constexpr double kSleepSpeed = 0.08;  // [m/s]
+constexpr double kSleepTurn = 0.6;    // [rad/s]
 
 Vector3d eigen(const btVector3& v) {
   return {v.x(), v.y(), v.z()};
@@ -123,6 +121,8 @@ struct ContactFinding {
   bool ball_touches_pin = false;
 };
 
+/// Finds the contacts of one pair anew in every step, which leaves nothing behind that a later step could
+/// depend on.
 class PairContacts final : public btActivatingCollisionAlgorithm {
  public:
   PairContacts(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,

@@ -13,6 +13,10 @@
 
 namespace retake::bowling {
 
+/// The rates at which every pin loses its velocities [1/s], unless damped otherwise.
+inline constexpr double kPinDamping = 0.02;
+inline constexpr double kPinSpinDamping = 0.15;
+
 struct StageSettings {
   std::size_t bodies;  ///< the ball, which is body 0, and the pins
   Surroundings surroundings;

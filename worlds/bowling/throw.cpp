@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kHandOver = 0.4;      // [m] before the first pin, where Bullet takes over
 constexpr double kClearance = 0.02;    // [m], chosen: far more than closed form and Bullet differ by
-constexpr double kWidestPin = 0.0606;  // [m]
+constexpr double kWidestPin = 0.0606;  // [m], just beyond the profile's widest ring
 constexpr double kLongestPlay = 15;    // [s] on the deck; what is not decided by then is a failure
 constexpr double kLongestRest = 8;     // [s] from the decision
 constexpr int kFrameRate = 60;         // [frames/s]
@@ -64,7 +64,7 @@ class Throws final : public Physics {
       Track& track = animation.tracks[kFirstPinTrack + i];
       if (!track.toppled && arrival.touches) track.rest = deck_.pose(1 + i);
     }
-    if (recording.frames) record_rest(roll, release.ball, animation);
+    if (recording.frames) record_rest(roll, release.ball, seconds(arrival.start), animation);
     return outcome;
   }
 
@@ -163,10 +163,6 @@ class Throws final : public Physics {
 
   // --- What a viewer sees ---------------------------------------------------------------------------
 
-  struct Frame {
-    std::vector<Pose> poses;  ///< the ball, then the pins
-  };
-
   /// The frames before the deck takes over. The deck's ball starts unturned; `turned_` is how far it had
   /// come.
   void record_roll(const Roll& roll, std::int64_t start) {
@@ -184,10 +180,10 @@ class Throws final : public Physics {
   }
 
   void add_frame(const Pose& ball) {
-    Frame& frame = frames_.emplace_back();
-    frame.poses.push_back(ball);
+    std::vector<Pose>& poses = frames_.emplace_back();
+    poses.push_back(ball);
     for (std::size_t i = 1; i <= settings_.rack.size(); ++i)
-      frame.poses.push_back(deck_.pose(i));
+      poses.push_back(deck_.pose(i));
   }
 
   void record_frame() {
@@ -197,8 +193,9 @@ class Throws final : public Physics {
     add_frame(ball);
   }
 
-  /// Plays on until everything rests, and writes the animation.
-  void record_rest(const Roll& roll, const Ball& ball, Animation& animation) {
+  /// Plays on until everything rests, and writes the animation. The deck took over from the roll at
+  /// `hand_over` [s].
+  void record_rest(const Roll& roll, const Ball& ball, double hand_over, Animation& animation) {
     deck_.play_out();
     const double decided = deck_.time();
     while (!deck_.exploded() && deck_.time() < decided + kLongestRest) {
@@ -208,28 +205,24 @@ class Throws final : public Physics {
     }
     write_frames(animation);
     write_scene(settings_.rack, ball.radius, animation);
+    const std::size_t pins = settings_.rack.size();
     for (const Roll::Touch& touch : roll.touches())
-      if (touch.time < decided && touch.impulse > 0)
+      if (touch.time < hand_over && touch.impulse > 0)
         animation.events.push_back({.time = touch.time,
-                                    .bodies = {body_of(0), body_of(Surface::lane, 0)},
+                                    .bodies = {0, still_body(Surface::lane, 0, pins)},
                                     .impulse = touch.impulse,
                                     .position = touch.position,
                                     .normal = Vector3d::UnitY()});
     for (const Hit& hit : deck_.hits()) {
       const bool still = hit.with != Surface::pin;
-      const std::size_t other = still ? body_of(hit.with, hit.point.z()) : body_of(hit.second);
+      const std::size_t other = still ? still_body(hit.with, hit.point.z(), pins) : hit.second;
       if (hit.time <= animation.duration())
         animation.events.push_back({.time = hit.time,
-                                    .bodies = {body_of(hit.first), other},
+                                    .bodies = {hit.first, other},
                                     .impulse = hit.impulse,
                                     .position = hit.point,
                                     .normal = hit.normal});
     }
-  }
-
-  static std::size_t body_of(std::size_t body) { return body; }
-  std::size_t body_of(Surface surface, double z) const {
-    return still_body(surface, z, settings_.rack.size());
   }
 
   void write_frames(Animation& animation) const {
@@ -241,7 +234,7 @@ class Throws final : public Physics {
       track.rotations.resize(4, count);
       Eigen::Vector4d before = Eigen::Vector4d::Zero();
       for (Eigen::Index frame = 0; frame < count; ++frame) {
-        const Pose& pose = frames_[static_cast<std::size_t>(frame)].poses[body];
+        const Pose& pose = frames_[static_cast<std::size_t>(frame)][body];
         Eigen::Vector4d turn = pose.rotation.coeffs();
         if (turn.dot(before) < 0) turn = -turn;
         track.positions.col(frame) = pose.position;
@@ -259,7 +252,7 @@ class Throws final : public Physics {
   DeckSettings settings_;
   Deck deck_;
   double first_pin_;
-  std::vector<Frame> frames_;
+  std::vector<std::vector<Pose>> frames_;  ///< of the ball, then the pins
   Eigen::Quaterniond turned_;
 };
 
