@@ -31,12 +31,16 @@ std::string_view to_string(Method method) {
       return "metropolis";
     case Method::rejection:
       return "rejection";
+    case Method::conditional:
+      return "conditional";
+    case Method::tempering:
+      return "tempering";
   }
   return "";
 }
 
 std::optional<Method> method_from(std::string_view name) {
-  for (const Method method : {Method::metropolis, Method::rejection})
+  for (const Method method : {Method::metropolis, Method::rejection, Method::conditional, Method::tempering})
     if (to_string(method) == name) return method;
   return std::nullopt;
 }
@@ -56,6 +60,14 @@ Chain::Chain(std::shared_ptr<const Target> target, const ChainSettings& settings
   counts_.kernels.resize(settings_.method == Method::rejection ? 1 : target_->kernels.rows().size());
   stay_.score.measures.assign(target_->measure_names.size(), kAbsent);
   candidate_score_.measures = stay_.score.measures;
+}
+
+std::vector<std::string> Chain::kernel_names() const {
+  if (settings_.method == Method::rejection) return {"prior"};
+  std::vector<std::string> names;
+  for (const WeightedKernel& row : target_->kernels.rows())
+    names.push_back(row.name);
+  return names;
 }
 
 RandomStream Chain::random(Purpose purpose) const {

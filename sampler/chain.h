@@ -1,23 +1,27 @@
-// Chain: one seeded walk over one target, by the paper's single-chain Metropolis-Hastings or by rejection.
+// Chain: one seeded walk over one target, by one of four methods.
 // Paper, section 4; DESIGN section 3. It must not know physics, storage or clocks: a seed decides everything.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "sampler/kernel.h"
 #include "sampler/model.h"
+#include "sampler/odds.h"
 #include "sampler/simulator.h"
 
 namespace retake {
 
 enum class Method {
-  metropolis,  ///< walks p(A) by the world's proposals
-  rejection,   ///< independent draws from the prior, kept with probability p_c
+  metropolis,   ///< walks p(A) by the world's proposals
+  rejection,    ///< independent draws from the prior, kept with probability p_c
+  conditional,  ///< explores, learns a redraw from the hits, freezes it, then walks p(A | satisfied)
+  tempering,    ///< replicas between the prior and p(A) that swap places
 };
 std::string_view to_string(Method method);
 std::optional<Method> method_from(std::string_view name);
@@ -44,6 +48,13 @@ struct KernelCounter {
   std::uint64_t accepted = 0;
 };
 
+/// One rung of a tempering ladder: a replica there walks p_w p_c^beta.
+struct RungCounter {
+  double beta = 0;
+  std::uint64_t proposed = 0;  ///< swaps with the next rung, since the ladder was changed last
+  std::uint64_t accepted = 0;
+};
+
 struct ChainCounts {
   std::uint64_t iteration = 0;
   std::uint64_t accepted = 0;
@@ -52,14 +63,20 @@ struct ChainCounts {
   std::uint64_t failed_simulations = 0;
   double simulated_seconds = 0;        ///< [s] of the world's time
   double skipped_seconds = 0;          ///< [s] of the world's time that did not have to be stepped
-  std::vector<KernelCounter> kernels;  ///< in the order of the kernel table; one row for rejection
+  std::vector<KernelCounter> kernels;  ///< in the order of Chain::kernel_names()
+  /// While it explores or adapts, its Samples have weight 0: they are no part of any estimate.
+  bool is_learning = false;
+  OddsTally odds;
+  std::vector<RungCounter> rungs;  ///< of a ladder, from the prior up; else empty
 };
 
-/// Where a chain stands and since when. With rejection: the draw that was kept last.
+/// Where a walker stands and since when. With rejection: the draw that was kept last.
 struct Stay {
   std::uint64_t iteration =
-      0;                     ///< the iteration that moved here; 0: the initial State, which is never a sample
-  std::uint64_t weight = 1;  ///< iterations for which the chain has stayed; always 1 with rejection
+      0;  ///< the iteration that moved here; 0: the initial State, which is never a sample
+  /// Steps for which it has stayed, while they count as draws of p(A | satisfied): always 1 with rejection,
+  /// 0 for what was found while learning.
+  std::uint64_t weight = 1;
   bool is_sample = false;
   State state;
   double log_prior = 0;
@@ -82,10 +99,16 @@ class Chain {
   /// Throws: std::runtime_error if the prior never draws a State within its support.
   bool step(Simulator& simulator);
 
-  const Stay& stay() const { return stay_; }
+  /// Where each walker stands: the replicas of a ladder, the one walker of every other method.
+  std::span<const Stay> stays() const { return {&stay_, 1}; }
+  /// The walker that took the last step.
+  std::size_t walker() const { return 0; }
+  const Stay& stay() const { return stays()[walker()]; }
   const ChainCounts& counts() const { return counts_; }
   const ChainSettings& settings() const { return settings_; }
   const Target& target() const { return *target_; }
+  /// What ChainCounts::kernels counts.
+  std::vector<std::string> kernel_names() const;
   std::string checkpoint() const;
 
  private:
