@@ -60,8 +60,16 @@ test("at 390 pixels nothing sticks out and everything is reachable", async () =>
   await page.getByRole("button", { name: /Close/ }).tap();
   await arrived(page, { sample: null });
   await page.getByRole("tab", { name: /Chains/ }).tap();
-  await page.locator(".start-chains").waitFor();
+  await page.locator(".headline").first().waitFor();
+  await page.locator(".quantities tbody tr").first().waitFor();
   await fits("the chains");
+  await picture(page, "chains-narrow");
+  await page.getByRole("button", { name: "Start chains" }).tap();
+  await page.locator(".start-chains .choice").first().waitFor();
+  await fits("the form that starts chains");
+  await picture(page, "start-chains-narrow");
+  await page.getByRole("button", { name: "Close" }).tap();
+  await arrived(page, { start: null });
   await page.getByRole("button", { name: "New", exact: true }).tap();
   await page.getByRole("button", { name: "Create" }).waitFor();
   await fits("the form");

@@ -19,6 +19,21 @@ export function h(tag, props = {}, ...children) {
   return element;
 }
 
+/**
+ * An element of a drawing. Its look comes from the style sheet; lengths may be percentages.
+ * @param {string} tag with classes: "rect.bulk" @param {Object<string, string|number>} [attributes]
+ * @param {...(Node|string)} children
+ * @returns {SVGElement}
+ */
+export function svg(tag, attributes = {}, ...children) {
+  const [name, ...classes] = tag.split(".");
+  const element = document.createElementNS("http://www.w3.org/2000/svg", name);
+  if (classes.length) element.setAttribute("class", classes.join(" "));
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
+  element.append(...children);
+  return element;
+}
+
 const nodeOf = (child) => (child instanceof Node ? child : String(child));
 
 /** Sets the text only when it differs, so that live regions and selections keep still. */

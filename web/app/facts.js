@@ -1,6 +1,7 @@
 // What is known of the sample in the large view: measures, where it came from, every variable, and its proof.
 import { pathOf, post, request } from "./api.js";
 import { h, say } from "./dom.js";
+import { LEARNING } from "./health_words.js";
 import { icon } from "./icons.js";
 import { complain } from "./notice.js";
 import { keyframesPath } from "./takes.js";
@@ -8,7 +9,7 @@ import { count, measure, number, seconds, spaced } from "./words.js";
 
 export class Facts {
   constructor() {
-    this.title = h("h2");
+    this.learning = h("p.learning", { hidden: true, title: LEARNING }, icon("sprout"), `${LEARNING}.`);
     this.measures = h("dl.facts");
     this.origin = h("dl.facts");
     this.variables = h("dl.facts.variables");
@@ -20,6 +21,7 @@ export class Facts {
     this.element = h(
       "div.facts-panel",
       {},
+      this.learning,
       this.notes,
       h("section", {}, h("h3", {}, "Measures"), this.measures),
       h("section", {}, h("h3", {}, "Where it comes from"), this.origin),
@@ -35,15 +37,17 @@ export class Facts {
     say(this.verdict, "");
     delete this.verdict.dataset.identical;
     this.notes.replaceChildren();
+    this.learning.hidden = true;
     this.keyframes.href = keyframesPath(id);
     /** @type {import("./types.js").Sample} */
     const sample = await request(pathOf("samples", id));
     if (this.id !== id) return;
+    this.learning.hidden = !sample.learning;
     fill(this.measures, Object.entries(sample.measures ?? {}).map(([name, value]) => [spaced(name), measure(name, value)]));
     fill(this.origin, [
       ["duration", seconds(sample.duration)],
       ["iteration", count(sample.iteration)],
-      ["stayed for", `${count(sample.weight)} ${sample.weight === 1 ? "iteration" : "iterations"}`],
+      ["stayed for", sample.learning ? "not counted" : `${count(sample.weight)} ${sample.weight === 1 ? "iteration" : "iterations"}`],
       ["log prior", number(sample.log_prior)],
       ["log constraint", number(sample.log_constraint)],
       ["plays", count(sample.plays)],

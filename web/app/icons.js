@@ -1,4 +1,6 @@
 // The page's few icons, drawn on a 24 unit square.
+import { svg } from "./dom.js";
+
 const PATHS = {
   play: "M8 5.500v13l11-6.500z",
   pause: "M8 5v14M16 5v14",
@@ -12,17 +14,12 @@ const PATHS = {
   previous: "M15 5l-7 7 7 7",
   path: "M3 19C4 9 6 5 8 5s4 7 5 14c1-8 2.500-11 4-11s3 5 4 11",
   frame: "M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5",
+  sprout: "M12 21v-9M12 14C12 9.500 9 6.500 3.500 6.500C3.500 11.500 7 14 12 14M12 11C12 6.500 15 3.500 20.500 3.500C20.500 8.500 17 11 12 11",
   check: "M5 12.500l4.500 4.500L19 7.500",
 };
 
 /** @param {keyof typeof PATHS} name */
 export function icon(name) {
-  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  svg.setAttribute("viewBox", "0 0 24 24");
-  svg.setAttribute("class", name === "play" || name === "stop" ? "icon solid" : "icon");
-  svg.setAttribute("aria-hidden", "true");
-  const path = document.createElementNS(svg.namespaceURI, "path");
-  path.setAttribute("d", PATHS[name]);
-  svg.append(path);
-  return svg;
+  const kind = name === "play" || name === "stop" ? "svg.icon.solid" : "svg.icon";
+  return svg(kind, { viewBox: "0 0 24 24", "aria-hidden": "true" }, svg("path", { d: PATHS[name] }));
 }

@@ -1,13 +1,14 @@
 // The list of scenarios at the side.
 import { allScenarios, hasMoreScenarios, loadScenarios, onCatalog, openScenario } from "./catalog.js";
 import { arrange, h, say } from "./dom.js";
+import { rarityOf } from "./health_words.js";
 import { icon } from "./icons.js";
 import { complain } from "./notice.js";
 import { address, go, onPlace } from "./url_state.js";
 import { count } from "./words.js";
 
 /** Parameters of the address that belong to one scenario and end with it. */
-export const ELSEWHERE = { sample: "", t: "", camera: "", chain: "", quantity: "", create: "" };
+export const ELSEWHERE = { sample: "", t: "", camera: "", chain: "", quantity: "", quantities: "worst", start: "", create: "" };
 
 const rows = new Map();
 
@@ -35,10 +36,14 @@ function rowOf(scenario, open) {
     row = newRow(scenario.id);
     rows.set(scenario.id, row);
   }
-  const { title, world, samples, running, link } = row.parts;
+  const { title, world, samples, rarity, running, link } = row.parts;
   say(title, scenario.title || "Untitled");
   say(world, scenario.world);
   say(samples, `${count(scenario.samples)} ${scenario.samples === 1 ? "animation" : "animations"}`);
+  const rare = rarityOf(scenario);
+  say(rarity, rare ? rare.word.toLowerCase() : "");
+  rarity.title = rare?.odds ?? "";
+  rarity.hidden = !rare;
   const active = scenario.chains?.running ?? 0;
   say(running, active ? `${active} running` : "");
   running.hidden = !active;
@@ -52,6 +57,7 @@ function newRow(id) {
     title: h("span.scenario-title"),
     world: h("span.tag"),
     samples: h("span.scenario-count"),
+    rarity: h("span.rarity"),
     running: h("span.running"),
   };
   const link = h(
@@ -64,7 +70,7 @@ function newRow(id) {
       },
     },
     parts.title,
-    h("span.scenario-facts", {}, parts.world, parts.samples, parts.running),
+    h("span.scenario-facts", {}, parts.world, parts.rarity, parts.samples, parts.running),
   );
   const row = h("li", {}, link);
   row.dataset.scenario = id;

@@ -3,6 +3,7 @@ import { deleteScenario, isReady, onCatalog, openChains, openScenario, startChai
 import { Gallery } from "./gallery.js";
 import { ChainPanel } from "./chain_panel.js";
 import { h, say } from "./dom.js";
+import { rarityOf } from "./health_words.js";
 import { complain } from "./notice.js";
 import { ELSEWHERE } from "./scenario_list.js";
 import { go, onPlace, place, settle } from "./url_state.js";
@@ -46,17 +47,18 @@ class ScenarioView {
       panel.setAttribute("role", "tabpanel");
       panel.setAttribute("aria-labelledby", `tab-${name}`);
     }
+    this.rarity = h("p.rarity-line");
     this.pace = h("span.pace", { "aria-live": "off" });
     this.more = h("button.primary", { type: "button", onclick: () => this.#findMore() }, `Find ${MORE} more`);
     this.remove = h("button.quiet.danger", { type: "button", onclick: () => this.#remove() }, "Delete scenario");
-    const { samples, chains, created_at, ...asked } = scenario;
+    const { samples, chains, created_at, odds, difficulty, ...asked } = scenario;
     this.element = h(
       "article",
       {},
       h(
         "header.wish",
         {},
-        h("div.wish-words", {}, h("h1", {}, scenario.title || "Untitled"), h("p.sentence", {}, wish(scenario))),
+        h("div.wish-words", {}, h("h1", {}, scenario.title || "Untitled"), h("p.sentence", {}, wish(scenario)), this.rarity),
         h("div.wish-act", {}, this.pace, this.more),
       ),
       h(
@@ -78,6 +80,7 @@ class ScenarioView {
     const running = chains.filter((chain) => chain.state === "running");
     say(this.tabs.animations.lastChild, count(scenario.samples));
     say(this.tabs.chains.lastChild, count(Object.values(scenario.chains ?? {}).reduce((sum, each) => sum + each, 0)));
+    this.#showRarity(scenario);
     const tries = running.reduce((sum, chain) => sum + (chain.iterations_per_second ?? 0), 0);
     say(this.pace, running.length ? `${running.length} ${running.length === 1 ? "chain" : "chains"} searching · ${pace(tries)} tries a second` : "");
     this.pace.hidden = !running.length;
@@ -88,12 +91,18 @@ class ScenarioView {
       this.tabs[name].tabIndex = name === active ? 0 : -1;
     }
     if (active === "animations") this.gallery.show(scenario);
-    else this.chains.show(chains);
+    else this.chains.show(scenario, chains);
   }
 
   close() {
     this.gallery.close();
     this.chains.close();
+  }
+
+  #showRarity(scenario) {
+    const rarity = rarityOf(scenario);
+    const text = rarity ? `${rarity.word}: ${rarity.odds}` : "";
+    if (this.rarity.textContent !== text) this.rarity.replaceChildren(...(rarity ? [h("strong", {}, rarity.word), `: ${rarity.odds}`] : []));
   }
 
   #turn(event) {

@@ -1,5 +1,7 @@
 // One tile of the gallery: a sample's picture, which moves, and a line of what it is.
 import { h, say } from "./dom.js";
+import { LEARNING } from "./health_words.js";
+import { icon } from "./icons.js";
 import { complain } from "./notice.js";
 import { stage, View } from "./stage.js";
 import { TILE_RATE, takeOf } from "./takes.js";
@@ -17,13 +19,13 @@ export class Tile {
     this.sample = sample;
     this.gallery = gallery;
     this.note = h("span.shot-note");
-    this.shot = h("span.shot", {}, this.note);
+    this.shot = h("span.shot", {}, this.note, sample.learning && h("span.learning", { title: LEARNING }, icon("sprout")));
     this.view = new View(this.shot);
     this.link = h(
       "a.tile-link",
       {
         href: address({ sample: sample.id }),
-        "aria-label": `Animation, ${gist(sample, 3)}, ${seconds(sample.duration)}`,
+        "aria-label": `Animation, ${gist(sample, 3)}, ${seconds(sample.duration)}${sample.learning ? `, ${LEARNING.toLowerCase()}` : ""}`,
         onclick: (event) => this.#open(event),
         onpointerenter: () => this.#attend(),
         onpointerleave: () => this.rest(),

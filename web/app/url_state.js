@@ -14,6 +14,8 @@ const DEFAULTS = {
   camera: "", // azimuth,elevation,distance,x,y,z; empty: framed by itself
   chain: "", // id of the chain whose trace is drawn; empty: the first
   quantity: "", // which of its arrays
+  quantities: "worst", // worst | all: which rows of the table of independent values
+  start: "", // on: the form that starts chains is open
   create: "", // name of the world in the open form for a new scenario; "any" for the first
   theme: "", // light | dark; empty: as last chosen, else as the system wishes
 };

@@ -1,0 +1,154 @@
+// How a scenario fares, in words: how rare its wish is, how many animations are independent, how long it takes.
+import { count, number, percent, spaced } from "./words.js";
+
+const TRIES = { bowling: "throws", dice: "throws", ball2d: "drops" };
+export const AGREEING_RHAT = 1.05;
+const COMMON = 1 / 100;
+const OFTEN = 0.2; // from here on a share reads better than "1 in"
+
+/** What one draw from the prior is called, in the plural. @param {string} world */
+export const triesOf = (world) => (Object.hasOwn(TRIES, world) ? TRIES[world] : "tries");
+
+const rounded = (value, digits) => (value < 10 ? number(value, digits) : count(Number(value.toPrecision(digits))));
+
+/** As "1 in 1,500". @param {number} probability */
+const oneIn = (probability, digits = 2) => `1 in ${rounded(1 / probability, digits)}`;
+
+/** How many digits tell the ends of an interval apart; two where they need no more. */
+function digitsOf({ low, high }) {
+  const ends = (digits) => [low, high].map((end) => Number((1 / end).toPrecision(digits)));
+  return [2, 3].find((digits) => new Set(ends(digits)).size === 2) ?? 4;
+}
+
+const rarerThan = (times) => `rarer than 1 in ${rounded(times, 2)}`;
+
+function oftenInWords(probability, tries, digits = 2) {
+  if (probability > 0.995) return `Nearly all ${tries}`;
+  return probability >= OFTEN ? `${percent(probability, 1)} of all ${tries}` : `${oneIn(probability, digits)} ${tries}`;
+}
+
+/**
+ * How often chance satisfies the wish: "1 in 1,500 throws", its 95 % interval: "1,200 to 1,900".
+ * @param {import("./types.js").Odds} odds @param {string} tries
+ * @returns {{often: string, interval: string}} no interval without a hit
+ */
+export function oddsInWords(odds, tries) {
+  const { probability, low, high, draws } = odds;
+  if (!(probability > 0)) return { often: `Nothing yet in ${count(draws)} ${tries}: ${rarerThan(1 / high)}`, interval: "" };
+  if (probability >= OFTEN) return { often: oftenInWords(probability, tries), interval: `${number(100 * low, 3)} to ${percent(Math.min(1, high), 1)}` };
+  const digits = digitsOf(odds);
+  return { often: oftenInWords(probability, tries, digits), interval: `${rounded(1 / high, digits)} to ${low > 0 ? rounded(1 / low, digits) : "anything"}` };
+}
+
+const BASIS = {
+  learned: ({ draws, hits }) => `From ${count(draws)} draws near what was found, ${count(hits)} of them hits, each weighted by how likely chance is to make it.`,
+  rejection: ({ draws, hits }, tries) => `From ${count(draws)} plain ${tries}, ${count(hits)} of them ${hits === 1 ? "a hit" : "hits"}.`,
+  ladder: () => "Estimated over a ladder of ever stricter wishes; a rough figure.",
+};
+
+/** How the odds are known. @param {import("./types.js").Odds} odds @param {string} tries */
+export const basisInWords = (odds, tries) => (odds.probability > 0 && BASIS[odds.basis]?.(odds, tries)) || "";
+
+/** The odds that a first look at plain tries gives: a point, without an interval of its own.
+ * @param {import("./types.js").Difficulty} difficulty @returns {string} */
+export function difficultyInWords({ one_in, at_least, draws }, tries) {
+  if (one_in === null) return `Nothing yet in ${count(draws)} ${tries}: ${rarerThan(at_least)}`;
+  return oftenInWords(1 / one_in, tries);
+}
+
+/**
+ * One word for how rare a wish is, from the best that is known, and the odds behind it.
+ * @param {import("./types.js").Scenario} scenario
+ * @returns {{word: string, odds: string}|null} null while nothing is known
+ */
+export function rarityOf({ world, odds, difficulty, samples }) {
+  const tries = triesOf(world);
+  if (odds?.probability > 0) {
+    const { often, interval } = oddsInWords(odds, tries);
+    return { word: odds.probability >= COMMON ? "Common" : "Rare", odds: `${often}, ${interval}` };
+  }
+  if (difficulty?.hits > 0) return { word: difficulty.verdict === "common" ? "Common" : "Rare", odds: difficultyInWords(difficulty, tries) };
+  const limit = odds ? 1 / odds.high : difficulty?.at_least;
+  const draws = odds ? odds.draws : difficulty?.draws;
+  if (limit === undefined) return null;
+  // What only a chain has found is no longer nothing.
+  if (samples > 0) return { word: "Very rare", odds: `none in ${count(draws)} plain ${tries}, ${rarerThan(limit)}` };
+  return { word: "Nothing yet", odds: `none in ${count(draws)} ${tries}, ${rarerThan(limit)}` };
+}
+
+/** A stretch of time as one says it. @param {number} seconds */
+export function spanInWords(seconds) {
+  if (seconds < 0.1) return "less than 0.1 s";
+  if (seconds < 10) return `${seconds.toFixed(1)} s`;
+  if (seconds < 90) return `${Math.round(seconds)} s`;
+  if (seconds < 90 * 60) return `${Math.round(seconds / 60)} min`;
+  if (seconds < 36 * 3600) return `${Math.round(seconds / 3600)} hours`;
+  if (seconds < 400 * 86400) return `${Math.round(seconds / 86400)} days`;
+  return "more than a year";
+}
+
+/** @param {import("./types.js").Diagnostics["effective"]} effective */
+export function independenceInWords(effective) {
+  if (!effective) return "Too early to tell";
+  const { samples } = effective;
+  return `About ${count(samples < 100 ? samples : Number(samples.toPrecision(2)))} independent ${Math.round(samples) === 1 ? "animation" : "animations"}`;
+}
+
+/**
+ * What stands below the number of independent animations.
+ * @param {import("./types.js").Diagnostics} diagnostics @returns {string[]} sentences
+ */
+export function independenceNotes({ effective, chains }) {
+  if (!effective) return ["It takes a few animations from a chain that has found its way."];
+  const notes = [];
+  if (chains < 2) notes.push("From one chain alone, which claims too much. Start more to be sure.");
+  else if (effective.within > 1.05 * effective.samples) notes.push(`Judged each by itself, the chains would claim ${count(effective.within)}. That is too much: only what they agree on counts.`);
+  notes.push(`Held back most by ${spaced(effective.quantity)}.`);
+  if (effective.per_cpu_minute > 0) notes.push(`${rounded(effective.per_cpu_minute, 2)} independent animations per CPU minute.`);
+  return notes;
+}
+
+/**
+ * Whether the chains agree, by the largest R-hat.
+ * @param {import("./types.js").Diagnostics} diagnostics @returns {{words: string, agree: boolean, rhat: number}|null}
+ */
+export function agreementOf({ quantities, chains }) {
+  const rhat = Math.max(...quantities.map((quantity) => quantity.rhat ?? -Infinity));
+  if (!Number.isFinite(rhat)) return null;
+  const agree = rhat <= AGREEING_RHAT;
+  if (chains < 2) return { words: agree ? "The chain agrees with itself" : "Still finding its way", agree, rhat };
+  return { words: agree ? "The chains agree" : "Still finding their way", agree, rhat };
+}
+
+/** @param {import("./types.js").Diagnostics} diagnostics */
+export function timeInWords({ first_sample, eta_seconds }) {
+  if (first_sample) return `Found the first after ${spanInWords(first_sample.seconds)}`;
+  return typeof eta_seconds === "number" ? `Perhaps ${spanInWords(eta_seconds)} more` : "None found yet";
+}
+
+/** @param {import("./types.js").Diagnostics} diagnostics @returns {string[]} sentences */
+export function timeNotes({ first_sample, eta_seconds, saved }) {
+  const notes = [];
+  if (!first_sample && typeof eta_seconds === "number") notes.push("Until the first, at the present pace, if the wish is just a little rarer than what was tried.");
+  if (!first_sample && typeof eta_seconds !== "number") notes.push("No chain is searching.");
+  if (saved?.share > 0.005) notes.push(`Stopping early and resuming saved ${percent(saved.share, 1)} of the simulated time.`);
+  return notes;
+}
+
+/** What a chain that is under way is doing. @param {import("./types.js").Chain} chain */
+export function phaseInWords({ phase, method, samples }) {
+  if (phase !== "exploring") return "sampling";
+  if (method === "tempering") return `exploring: tuning its ladder, ${count(samples)} found`;
+  return samples ? `exploring: ${count(samples)} found, learning from them` : "exploring: nothing found yet";
+}
+
+/** Of a sample that was found while its chain was learning. */
+export const LEARNING = "Found while learning; a true animation, left out of the statistics";
+
+/** What each method does, in a sentence. @type {Object<string, {title: string, summary: string}>} */
+export const METHODS = {
+  rejection: { title: "Plain draws", summary: "Tries at random and keeps what fits, which is best for common wishes." },
+  metropolis: { title: "One walk", summary: "Changes one animation a little at a time, as the paper does: finds rare wishes, and then many that look alike." },
+  conditional: { title: "Learn, then draw", summary: "Explores, learns where the hits lie, and then draws fresh ones from there: best for rare wishes." },
+  tempering: { title: "A ladder of walks", summary: "Copies walk under ever stricter wishes and trade places: for what is too rare for anything else." },
+};

@@ -1,0 +1,83 @@
+// How many independent values each quantity has: one row for each, the worst first, with the figures beside the bars.
+import { h, say, svg } from "./dom.js";
+import { AGREEING_RHAT } from "./health_words.js";
+import { onPlace, place, settle } from "./url_state.js";
+import { count, number, spaced } from "./words.js";
+
+const WORST = 6;
+const ROW = 22; // [px] high
+/** What a row draws; the last one lies behind. @type {{key: string, words: string, y: number, height: number}[]} */
+const BARS = [
+  { key: "bulk", words: "All: over all chains together", y: 4, height: 8 },
+  { key: "tail", words: "Rare: the same at the extremes", y: 14, height: 4 },
+  { key: "within", words: "Alone: what each chain by itself would claim", y: 2, height: 18 },
+];
+
+export class QuantityPlot {
+  constructor() {
+    this.body = h("tbody");
+    this.all = h("button.quiet", { type: "button", onclick: () => settle({ quantities: place().quantities === "all" ? "worst" : "all" }) });
+    const legend = BARS.map(({ key, words }) => h("li", {}, svg("svg.swatch", { width: 22, height: ROW }, bar(key, 1)), words));
+    const heads = [["Quantity", ""], ["Independent values", "bars"], ["All", ""], ["Rare", ""], ["Alone", ""], ["R-hat", ""], ["Mean", ""], ["SD", ""]];
+    this.element = h(
+      "section.quantities",
+      { hidden: true },
+      h("div.section-head", {}, h("h3", {}, "Independent values of each quantity, the fewest first"), h("ul.legend", { "aria-hidden": "true" }, ...legend)),
+      h("div.scroller", {}, h("table", {}, h("thead", {}, h("tr", {}, ...heads.map(([words, name]) => h(name ? `th.${name}` : "th", { scope: "col" }, words)))), this.body)),
+      this.all,
+    );
+    this.end = onPlace((now, before) => now.quantities !== before.quantities && this.#redraw());
+  }
+
+  /** @param {import("./types.js").Quantity[]} quantities */
+  show(quantities) {
+    this.quantities = [...quantities].sort((a, b) => worth(a) - worth(b));
+    this.#redraw();
+  }
+
+  close() {
+    this.end();
+  }
+
+  #redraw() {
+    if (!this.quantities) return;
+    const more = this.quantities.length - WORST;
+    const shown = more > 1 && place().quantities !== "all" ? this.quantities.slice(0, WORST) : this.quantities;
+    const most = Math.max(1, ...shown.flatMap(({ ess_bulk, ess_tail, ess_within }) => [ess_bulk ?? 0, ess_tail ?? 0, ess_within ?? 0]));
+    this.element.hidden = !shown.length;
+    this.body.replaceChildren(...shown.map((quantity) => row(quantity, most)));
+    this.all.hidden = more <= 1;
+    say(this.all, shown.length < this.quantities.length ? `Show all ${count(this.quantities.length)}` : `Show the ${WORST} worst`);
+    this.all.setAttribute("aria-expanded", String(shown.length === this.quantities.length));
+  }
+}
+
+/** What a quantity allows to claim; one that never changes limits nothing. */
+const worth = ({ ess_bulk, ess_across }) => Math.min(ess_bulk ?? Infinity, ess_across ?? Infinity);
+
+function bar(key, share) {
+  const { y, height } = BARS.find((each) => each.key === key);
+  return svg(`rect.${key}`, { x: 0, y, height, rx: Math.min(3, height / 2), width: `${(100 * share).toFixed(2)}%` });
+}
+
+/** @param {import("./types.js").Quantity} quantity */
+function row(quantity, most) {
+  const { name, rhat, ess_bulk, ess_tail, ess_within, mean, sd } = quantity;
+  const values = { within: ess_within, bulk: ess_bulk, tail: ess_tail };
+  const bars = BARS.toReversed().filter(({ key }) => values[key] > 0).map(({ key }) => bar(key, values[key] / most));
+  const figure = (value, words = count, kind = "td") => h(kind, {}, typeof value === "number" ? words(value) : "–");
+  const agreement = figure(rhat, (value) => value.toFixed(3));
+  if (rhat > AGREEING_RHAT) agreement.className = "alarming";
+  return h(
+    "tr",
+    {},
+    h("th", { scope: "row" }, spaced(name)),
+    h("td.bars", {}, svg("svg.bars", { height: ROW, "aria-hidden": "true" }, ...bars)),
+    figure(ess_bulk, count, "td.all"),
+    figure(ess_tail),
+    figure(ess_within),
+    agreement,
+    figure(mean, number),
+    figure(sd, number),
+  );
+}
