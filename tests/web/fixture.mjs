@@ -97,7 +97,12 @@ export async function newPage(browser, options = {}, expected = /^$/) {
     // Leaving a page ends the requests that it still has.
     if (why !== "net::ERR_ABORTED") note(`${why} ${request.url()}`);
   });
-  return { page, faults, close: () => context.close() };
+  const close = async () => {
+    // Answers that a test lays over those of the program may still be under way.
+    await page.unrouteAll({ behavior: "ignoreErrors" });
+    await context.close();
+  };
+  return { page, faults, close };
 }
 
 /** Waits until the gallery shows at least `count` drawn pictures. */

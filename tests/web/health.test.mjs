@@ -258,6 +258,11 @@ test("the form that starts chains offers every method in a sentence, and stops b
   await page.getByRole("button", { name: "Start", exact: true }).click();
   await arrived(page, { start: null });
   assert.deepEqual(asked[1], { count: 4 });
+  // On the other tab there is no form, and the page answers.
+  await page.goto(`${program.address}?scenario=${id}&start=on`);
+  await page.getByRole("tab", { name: /Chains/ }).click();
+  await page.getByRole("button", { name: "Close" }).click();
+  await arrived(page, { start: null });
   await page.getByRole("button", { name: "Start chains" }).click();
   await arrived(page, { start: "on" });
   await page.keyboard.press("Escape");

@@ -38,9 +38,9 @@ export class ChainForm {
     this.end = onPlace(() => this.show());
   }
 
-  /** Follows the address. */
+  /** Follows the address. On a hidden tab it stays shut: nobody would see it, and the page behind it would not answer. */
   show() {
-    const open = place().start === "on" && this.element.isConnected;
+    const open = place().start === "on" && place().tab === "chains" && this.element.isConnected;
     if (open === this.element.open) return;
     if (!open) return this.element.close();
     this.element.showModal();
