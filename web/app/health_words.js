@@ -90,7 +90,7 @@ export function spanInWords(seconds) {
 /** @param {import("./types.js").Diagnostics["effective"]} effective */
 export function independenceInWords(effective) {
   if (!effective) return "Too early to tell";
-  const { samples } = effective;
+  const samples = Math.max(1, effective.samples);
   return `About ${count(samples < 100 ? samples : Number(samples.toPrecision(2)))} independent ${Math.round(samples) === 1 ? "animation" : "animations"}`;
 }
 
@@ -129,7 +129,7 @@ export function timeInWords({ first_sample, eta_seconds }) {
 /** @param {import("./types.js").Diagnostics} diagnostics @returns {string[]} sentences */
 export function timeNotes({ first_sample, eta_seconds, saved }) {
   const notes = [];
-  if (!first_sample && typeof eta_seconds === "number") notes.push("Until the first, at the present pace, if the wish is just a little rarer than what was tried.");
+  if (!first_sample && typeof eta_seconds === "number") notes.push("Until the first, at the present pace and judging by what was tried so far.");
   if (!first_sample && typeof eta_seconds !== "number") notes.push("No chain is searching.");
   if (saved?.share > 0.005) notes.push(`Stopping early and resuming saved ${percent(saved.share, 1)} of the simulated time.`);
   return notes;

@@ -8,22 +8,23 @@ const WORST = 6;
 const ROW = 22; // [px] high
 /** What a row draws; the last one lies behind. @type {{key: string, words: string, y: number, height: number}[]} */
 const BARS = [
-  { key: "bulk", words: "All: over all chains together", y: 4, height: 8 },
-  { key: "tail", words: "Rare: the same at the extremes", y: 14, height: 4 },
-  { key: "within", words: "Alone: what each chain by itself would claim", y: 2, height: 18 },
+  { key: "bulk", words: "All chains together", y: 4, height: 8 },
+  { key: "tail", words: "Rare: at the extremes", y: 14, height: 4 },
+  { key: "across", words: "Spread: what their means allow", y: 1, height: 20 },
+  { key: "within", words: "Alone: what each claims by itself", y: 2, height: 18 },
 ];
+const COLUMNS = ["Quantity", "Independent values", "All", "Rare", "Spread", "Alone", "R-hat", "Mean", "SD"];
 
 export class QuantityPlot {
   constructor() {
     this.body = h("tbody");
     this.all = h("button.quiet", { type: "button", onclick: () => settle({ quantities: place().quantities === "all" ? "worst" : "all" }) });
-    const legend = BARS.map(({ key, words }) => h("li", {}, svg("svg.swatch", { width: 22, height: ROW }, bar(key, 1)), words));
-    const heads = [["Quantity", ""], ["Independent values", "bars"], ["All", ""], ["Rare", ""], ["Alone", ""], ["R-hat", ""], ["Mean", ""], ["SD", ""]];
+    const legend = BARS.map(({ key, words }) => h("li", {}, svg("svg.swatch", { width: 22, height: ROW }, bar(key, key === "across" ? 0.5 : 1)), words));
     this.element = h(
       "section.quantities",
       { hidden: true },
       h("div.section-head", {}, h("h3", {}, "Independent values of each quantity, the fewest first"), h("ul.legend", { "aria-hidden": "true" }, ...legend)),
-      h("div.scroller", {}, h("table", {}, h("thead", {}, h("tr", {}, ...heads.map(([words, name]) => h(name ? `th.${name}` : "th", { scope: "col" }, words)))), this.body)),
+      h("div.scroller", {}, h("table", {}, h("thead", {}, h("tr", {}, ...COLUMNS.map((words) => h("th", { scope: "col" }, words)))), this.body)),
       this.all,
     );
     this.end = onPlace((now, before) => now.quantities !== before.quantities && this.#redraw());
@@ -57,13 +58,17 @@ const worth = ({ ess_bulk, ess_across }) => Math.min(ess_bulk ?? Infinity, ess_a
 
 function bar(key, share) {
   const { y, height } = BARS.find((each) => each.key === key);
-  return svg(`rect.${key}`, { x: 0, y, height, rx: Math.min(3, height / 2), width: `${(100 * share).toFixed(2)}%` });
+  const end = `${(100 * share).toFixed(2)}%`;
+  // A limit is a line, an amount a bar.
+  if (key === "across") return svg("line.across", { x1: end, x2: end, y1: y, y2: y + height });
+  return svg(`rect.${key}`, { x: 0, y, height, rx: Math.min(3, height / 2), width: end });
 }
 
 /** @param {import("./types.js").Quantity} quantity */
 function row(quantity, most) {
-  const { name, rhat, ess_bulk, ess_tail, ess_within, mean, sd } = quantity;
-  const values = { within: ess_within, bulk: ess_bulk, tail: ess_tail };
+  const { name, rhat, ess_bulk, ess_tail, ess_within, ess_across, mean, sd } = quantity;
+  const limits = ess_across !== null && ess_across < ess_bulk;
+  const values = { within: ess_within, bulk: ess_bulk, tail: ess_tail, across: limits ? ess_across : null };
   const bars = BARS.toReversed().filter(({ key }) => values[key] > 0).map(({ key }) => bar(key, values[key] / most));
   const figure = (value, words = count, kind = "td") => h(kind, {}, typeof value === "number" ? words(value) : "–");
   const agreement = figure(rhat, (value) => value.toFixed(3));
@@ -73,8 +78,9 @@ function row(quantity, most) {
     {},
     h("th", { scope: "row" }, spaced(name)),
     h("td.bars", {}, svg("svg.bars", { height: ROW, "aria-hidden": "true" }, ...bars)),
-    figure(ess_bulk, count, "td.all"),
+    figure(ess_bulk, count, limits ? "td" : "td.counting"),
     figure(ess_tail),
+    figure(ess_across, count, limits ? "td.counting" : "td"),
     figure(ess_within),
     agreement,
     figure(mean, number),
