@@ -2,7 +2,8 @@
 // What takes minutes to come about is told to the page by answers of the contract's shape laid over the real ones.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { api, arrived, drawnTiles, json, newPage, picture, startBrowser, startProgram } from "./fixture.mjs";
+import { difficultyInWords, independenceInWords, oddsInWords, spanInWords } from "../../web/app/health_words.js";
+import { api, arrived, drawnTiles, json, newPage, PATIENCE, picture, startBrowser, startProgram } from "./fixture.mjs";
 
 let program, browser;
 before(async () => {
@@ -22,12 +23,12 @@ const quantity = (name, ess_bulk, rhat = 1.01) => ({ name, rhat, ess_bulk, ess_t
 const DIAGNOSTICS = {
   quantities: [
     ...["ball_speed", "entry_angle", "ball_offset", "spin_axis", "spin_rate", "pin_1_x", "pin_5_x", "pin_7_x"].map((name, at) => quantity(name, 240 - 11 * at)),
-    quantity("lane_friction", 84, 1.03),
+    { ...quantity("lane_friction", 121, 1.03), ess_within: 210, ess_across: 84.4 },
     { name: "pins_down", rhat: null, ess_bulk: null, ess_tail: null, ess_within: null, ess_across: null, mean: 8, sd: 0 },
   ],
   chains: 4,
   draws_per_chain: 250,
-  effective: { samples: 84, quantity: "lane_friction", within: 210, per_cpu_minute: 5.24 },
+  effective: { samples: 84.4, quantity: "lane_friction", within: 210, per_cpu_minute: 5.24 },
   odds: ODDS,
   first_sample: { seconds: 0.31 },
   eta_seconds: null,
@@ -75,6 +76,77 @@ const bowled = async () => (await api(program, "/v1/scenarios", json(BOWLED))).i
 const card = (page, name) => page.locator(`[data-card="${name}"]`);
 const says = (page, name, text) => card(page, name).filter({ hasText: text }).waitFor();
 
+/** Waits until every chain of a scenario is finished. */
+async function finished(id) {
+  const end = Date.now() + PATIENCE;
+  for (;;) {
+    const { chains } = await api(program, `/v1/scenarios/${id}/chains`);
+    if (chains.length && chains.every(({ state }) => state === "finished")) return chains;
+    if (Date.now() > end) throw new Error(`still ${chains.map(({ state }) => state)}`);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}
+
+test("what the program says of its example is what the page tells", async () => {
+  const { page, faults, close } = await newPage(browser);
+  const { id } = (await api(program, "/v1/scenarios")).scenarios.find(({ world }) => world === "ball2d");
+  await finished(id);
+  const { odds, effective, first_sample } = await api(program, `/v1/scenarios/${id}/diagnostics`);
+  assert.equal(odds.basis, "rejection");
+  await page.goto(`${program.address}?scenario=${id}&tab=chains`);
+  const { often, interval } = oddsInWords(odds, "drops");
+  await says(page, "odds", often);
+  await says(page, "odds", `${interval}, with 95 % confidence.`);
+  await says(page, "independence", independenceInWords(effective));
+  await says(page, "time", `Found the first after ${spanInWords(first_sample.seconds)}`);
+  await page.locator(".quantities tbody tr").first().waitFor();
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("soon after it is created a scenario says how rare its wish is, without a chain", async () => {
+  const { page, faults, close } = await newPage(browser);
+  await page.goto(`${program.address}?create=ball2d`);
+  const text = page.getByLabel("The scenario, as JSON");
+  await page.waitForFunction(() => document.getElementById("scenario-text").value.includes('"world"'));
+  const wish = { world: "ball2d", title: "Far out", constraints: [{ kind: "rest_position", x: 2 }] };
+  await text.fill(JSON.stringify(wish));
+  await page.getByLabel(/Start a chain/).uncheck();
+  await page.getByRole("button", { name: "Create" }).click();
+  await page.waitForFunction(() => document.querySelector("#scenario h1")?.textContent === "Far out");
+  await page.waitForFunction(() => document.querySelector(".rarity-line").textContent !== "");
+  const id = new URL(page.url()).searchParams.get("scenario");
+  const { difficulty } = await api(program, `/v1/scenarios/${id}`);
+  const word = { common: "Common", rare: "Rare", "nothing-yet": "Nothing yet" }[difficulty.verdict];
+  assert.equal(await page.locator(".rarity-line").textContent(), `${word}: ${difficultyInWords(difficulty, "drops")}`);
+  assert.equal(await page.locator(`[data-scenario="${id}"] .rarity`).textContent(), word.toLowerCase());
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a chain started from the form ends when it has so many independent animations", async () => {
+  const { page, faults, close } = await newPage(browser);
+  const wish = { world: "ball2d", title: "Sixty of them", constraints: [{ kind: "rest_position", x: -1 }] };
+  const { id } = await api(program, "/v1/scenarios", json(wish));
+  await page.goto(`${program.address}?scenario=${id}&tab=chains`);
+  await page.getByRole("button", { name: "Start chains" }).click();
+  await page.getByLabel("Animations found").fill("");
+  await page.getByLabel("Independent animations").fill("60");
+  await page.locator(".start-chains .choice").nth(3).waitFor();
+  await page.getByRole("radio", { name: /metropolis/ }).check();
+  await page.getByRole("button", { name: "Start", exact: true }).click();
+  await arrived(page, { start: null });
+  const [chain] = await finished(id);
+  assert.deepEqual(chain.stop, { ess: 60 });
+  assert.equal(chain.method, "metropolis");
+  assert.equal(chain.ended_by, "ess");
+  assert.ok(chain.effective_samples >= 60);
+  const row = page.locator(`tr[data-chain="${chain.id}"]`);
+  await row.locator('td[data-label="Independent"]', { hasText: String(Math.round(chain.effective_samples)) }).waitFor();
+  assert.deepEqual(faults, []);
+  await close();
+});
+
 test("odds, independence and time are told in words", async () => {
   const { page, faults, close } = await newPage(browser, { viewport: { width: 1280, height: 1240 }, colorScheme: "light" });
   const id = await bowled();
@@ -112,8 +184,12 @@ test("quantities stand in the order of their worth, the worst first; all of them
   const names = () => rows.locator("th").allTextContents();
   await rows.first().waitFor();
   assert.deepEqual(await names(), ["lane friction", "pin 7 x", "pin 5 x", "pin 1 x", "spin rate", "spin axis"]);
-  // Bulk, tail and within of the first row keep their proportions.
-  const widths = await rows.first().locator("rect").evaluateAll((bars) => Object.fromEntries(bars.map((bar) => [bar.getAttribute("class"), bar.getBoundingClientRect().width])));
+  // The first row is there for what the chains' means allow, and says so; the others for all chains together.
+  assert.deepEqual(await rows.locator(".counting").allTextContents(), ["84", "163", "174", "185", "196", "207"]);
+  const lines = await rows.locator("svg").evaluateAll((drawings) => drawings.map((drawing) => drawing.querySelectorAll("line.across").length));
+  assert.deepEqual(lines, [1, 0, 0, 0, 0, 0]);
+  // Bars keep their proportions.
+  const widths = await rows.nth(1).locator("rect").evaluateAll((bars) => Object.fromEntries(bars.map((bar) => [bar.getAttribute("class"), bar.getBoundingClientRect().width])));
   assert.ok(Math.abs(widths.within / widths.bulk - 2.4) < 0.02, JSON.stringify(widths));
   assert.ok(Math.abs(widths.tail / widths.bulk - 0.7) < 0.02, JSON.stringify(widths));
   const all = page.getByRole("button", { name: "Show all 10" });
