@@ -147,6 +147,27 @@ test("a chain started from the form ends when it has so many independent animati
   await close();
 });
 
+test("a ladder of the program: what it found while it was tuned is marked, and its trades are drawn", async () => {
+  const { page, faults, close } = await newPage(browser);
+  const wish = { world: "ball2d", title: "Up a ladder", constraints: [{ kind: "rest_position", x: 1.5 }] };
+  const { id } = await api(program, "/v1/scenarios", json(wish));
+  await api(program, `/v1/scenarios/${id}/chains`, json({ method: "tempering", seed: 3, stop: { samples: 100 } }));
+  await finished(id);
+  const { swaps } = await api(program, `/v1/scenarios/${id}/diagnostics`);
+  const tried = swaps.filter(({ proposed }) => proposed > 0).length;
+  assert.ok(tried > 1);
+  await page.goto(`${program.address}?scenario=${id}&tab=chains`);
+  await page.waitForFunction((steps) => document.querySelectorAll(".ladder .step").length === steps, tried);
+  await page.goto(`${program.address}?scenario=${id}&order=oldest`);
+  await page.waitForFunction(() => document.querySelectorAll(".tile").length >= 24);
+  const { samples } = await api(program, `/v1/scenarios/${id}/samples?order=oldest&limit=100`);
+  const marked = await page.locator(".tile").evaluateAll((tiles) => tiles.map((tile) => [tile.dataset.sample, tile.querySelector(".learning") !== null]));
+  assert.ok(marked.some(([, learning]) => learning));
+  assert.deepEqual(marked, samples.slice(0, marked.length).map((sample) => [sample.id, sample.learning]));
+  assert.deepEqual(faults, []);
+  await close();
+});
+
 test("odds, independence and time are told in words", async () => {
   const { page, faults, close } = await newPage(browser, { viewport: { width: 1280, height: 1240 }, colorScheme: "light" });
   const id = await bowled();

@@ -73,6 +73,13 @@ test("the claim of single chains is told as a claim", () => {
   assert.match(words.independenceNotes({ effective, chains: 1 }).join(" "), /one chain alone/);
 });
 
+test("while chains learn, that is why nothing counts yet", () => {
+  const [idle, learning] = [false, true].map((learn) => words.independenceNotes({ effective: null, chains: 0 }, learn));
+  assert.equal(idle.length, 1);
+  assert.match(learning[0], /still learning/);
+  assert.doesNotMatch(idle[0], /learning/);
+});
+
 test("time is told from the first sample, else from what may be to come", () => {
   const saved = { share: 0.613 };
   const found = { first_sample: { seconds: 0.31 }, eta_seconds: null, saved };

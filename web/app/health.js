@@ -89,7 +89,7 @@ export class Health {
 
   #showIndependence() {
     const { diagnostics } = this;
-    this.independence.show(independenceInWords(diagnostics.effective), independenceNotes(diagnostics), agreementSign, agreementOf(diagnostics));
+    this.independence.show(independenceInWords(diagnostics.effective), independenceNotes(diagnostics, this.chains.some(({ phase }) => phase === "exploring")), agreementSign, agreementOf(diagnostics));
   }
 }
 

@@ -96,10 +96,12 @@ export function independenceInWords(effective) {
 
 /**
  * What stands below the number of independent animations.
- * @param {import("./types.js").Diagnostics} diagnostics @returns {string[]} sentences
+ * @param {import("./types.js").Diagnostics} diagnostics
+ * @param {boolean} [learn] whether there is a chain that still learns
+ * @returns {string[]} sentences
  */
-export function independenceNotes({ effective, chains }) {
-  if (!effective) return ["It takes a few animations from a chain that has found its way."];
+export function independenceNotes({ effective, chains }, learn = false) {
+  if (!effective) return [learn ? "Chains are still learning; what they find meanwhile is shown, but does not count." : "It takes a few animations from a chain that has found its way."];
   const notes = [];
   if (chains < 2) notes.push("From one chain alone, which claims too much. Start more to be sure.");
   else if (effective.within > 1.05 * effective.samples) notes.push(`Judged each by itself, the chains would claim ${count(effective.within)}. That is too much: only what they agree on counts.`);

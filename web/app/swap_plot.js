@@ -19,7 +19,7 @@ export class SwapPlot {
     this.element.hidden = !tried.length;
     if (!tried.length) return;
     const weakest = tried.reduce((least, swap) => (rate(swap) < rate(least) ? swap : least));
-    say(this.weakest, `From chance, on the left, to the whole wish. The weakest step trades ${percent(weakest.accepted, weakest.proposed)} of the time, where the wish counts ${number(weakest.low, 2)} to ${number(weakest.high, 2)}.`);
+    say(this.weakest, `From chance, on the left, to the whole wish. The weakest step trades ${number(100 * rate(weakest), 2)} % of the time, between ${number(weakest.low, 2)} and ${number(weakest.high, 2)} of the wish.`);
     const ladders = Object.entries(Object.groupBy(tried, ({ chain }) => chain));
     const least = ([, steps]) => Math.min(...steps.map(rate));
     const shown = ladders.sort((a, b) => least(a) - least(b)).slice(0, MOST);
@@ -41,7 +41,7 @@ function ladder(name, steps, most) {
     return column;
   });
   const rates = rungs.map(rate);
-  const range = `${number(100 * Math.min(...rates), 2)} to ${percent(Math.max(...rates), 1)}`;
+  const range = `${number(100 * Math.min(...rates), 2)} to ${number(100 * Math.max(...rates), 2)} %`;
   const said = `${name}: ${rungs.length} ${rungs.length === 1 ? "step" : "steps"}, trades succeed ${range} of the time`;
   const floor = svg("line.floor", { x1: 0, x2: "100%", y1: HEIGHT, y2: HEIGHT });
   return h("li", {}, svg("svg.ladder", { height: HEIGHT + 1, role: "img", "aria-label": said }, ...columns, floor), h("div.ladder-line", { "aria-hidden": "true" }, h("span", {}, name), h("span", {}, range)));
