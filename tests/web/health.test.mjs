@@ -181,7 +181,7 @@ test("odds, independence and time are told in words", async () => {
   await says(page, "independence", "About 84 independent animations");
   await says(page, "independence", "the chains would claim 210");
   await says(page, "independence", "Held back most by lane friction.");
-  await says(page, "independence", "The chains agree · R-hat 1.03 at worst");
+  await says(page, "independence", "The chains agree R-hat 1.03 at worst");
   await says(page, "independence", "5.2 independent animations per CPU minute");
   await says(page, "time", "Found the first after 0.3 s");
   await says(page, "time", "saved 61.1 % of the simulated time");

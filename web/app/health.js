@@ -94,7 +94,7 @@ export class Health {
 }
 
 function agreementSign({ words, agree, rhat }) {
-  const sign = h("p.agreement", {}, words, h("span.dim", {}, ` · R-hat ${rhat.toFixed(2)} at worst`));
+  const sign = h("p.agreement", {}, `${words} `, h("span.dim", {}, `R-hat ${rhat.toFixed(2)} at worst`));
   sign.dataset.agree = String(agree);
   return sign;
 }

@@ -14,10 +14,10 @@ const rounded = (value, digits) => (value < 10 ? number(value, digits) : count(N
 /** As "1 in 1,500". @param {number} probability */
 const oneIn = (probability, digits = 2) => `1 in ${rounded(1 / probability, digits)}`;
 
-/** How many digits tell the ends of an interval apart; two where they need no more. */
-function digitsOf({ low, high }) {
-  const ends = (digits) => [low, high].map((end) => Number((1 / end).toPrecision(digits)));
-  return [2, 3].find((digits) => new Set(ends(digits)).size === 2) ?? 4;
+/** How many digits tell an estimate from the ends of its interval; two where they need no more. */
+function digitsOf({ probability, low, high }) {
+  const figures = (digits) => [probability, low, high].map((each) => Number((1 / each).toPrecision(digits)));
+  return [2, 3].find((digits) => new Set(figures(digits)).size === 3) ?? 4;
 }
 
 const rarerThan = (times) => `rarer than 1 in ${rounded(times, 2)}`;
