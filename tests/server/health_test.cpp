@@ -128,8 +128,14 @@ TEST_F(HealthTest, AChainThatHasJustBegunDoesNotCostTheOthersTheirDraws) {
 
 TEST_F(HealthTest, OddsArePooledAndTimesAndSavingsAddedUp) {
   std::vector<ChainRecord> chains = {chain(), chain("conditional"), chain("conditional")};
-  chains[0].counters = {.iteration = 100, .simulations = 90, .simulated_seconds = 30, .skipped_seconds = 10};
-  chains[1].counters = {.iteration = 1, .simulations = 2, .simulated_seconds = 3, .skipped_seconds = 4};
+  chains[0].counters.iteration = 100;
+  chains[1].counters.iteration = 1;
+  chains[0].counters.simulations = 90;
+  chains[1].counters.simulations = 2;
+  chains[0].counters.simulated_seconds = 30;
+  chains[1].counters.simulated_seconds = 3;
+  chains[0].counters.skipped_seconds = 10;
+  chains[1].counters.skipped_seconds = 4;
   chains[0].counters.odds = {OddsBasis::rejection, 100, 1, 1, 1, 1};
   chains[1].counters.odds = {OddsBasis::learned, 50, 4, 0.5, 0.25, 0.25};
   chains[2].counters.odds = {OddsBasis::learned, 50, 6, 0.5, 0.25, 0.5};
@@ -149,10 +155,13 @@ TEST_F(HealthTest, OddsArePooledAndTimesAndSavingsAddedUp) {
 }
 
 TEST_F(HealthTest, AnEtaIsGivenWhileNothingIsFoundAndAChainRuns) {
-  std::vector<ChainRecord> chains = {chain(), chain(), chain()};
-  chains[0].counters = {.iteration = 4000, .iterations_per_second = 60};
-  chains[1].counters = {.iteration = 999, .iterations_per_second = 40};
-  chains[2].counters = {.iteration = 5000, .iterations_per_second = 1000};
+  const auto stepped = [](std::uint64_t iterations, double per_second) {
+    ChainRecord record = chain();
+    record.counters.iteration = iterations;
+    record.counters.iterations_per_second = per_second;
+    return record;
+  };
+  std::vector<ChainRecord> chains = {stepped(4000, 60), stepped(999, 40), stepped(5000, 1000)};
   chains[2].state = ChainState::paused;
   EXPECT_DOUBLE_EQ(health(chains).eta_seconds.value(), 10'000 / 100.0);
   // The draws of a pilot are draws as well; its hits make the wish likelier.

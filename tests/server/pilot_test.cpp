@@ -48,7 +48,7 @@ class ThreadsPilot : public ::testing::Test {
   const Pilot::Settings settings{.seconds = 0.2, .most_hits = 1000, .tally = kept_draws};
   /// A look that never ends by itself.
   const Pilot::Settings endless{.seconds = 1e9, .most_hits = 1000, .tally = kept_draws};
-  const json common = wish_document(1, 0.1), impossible = wish_document(1, 1e-12);
+  const json common = wish_document(0, 1), impossible = wish_document(1000, 1e-6);
   TemporaryFolder folder;
   Parts parts{(folder / "retake.db").string()};
 };

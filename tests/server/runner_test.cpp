@@ -180,7 +180,7 @@ TEST_F(ThreadsRunner, Disturbed_by_every_client_a_chain_finds_what_it_finds_alon
 }
 
 TEST_F(ThreadsRunner, Disturbed_and_restarted_a_chain_ends_at_the_effective_samples_at_which_it_ends_alone) {
-  const StopRule stop{.ess = 40};
+  const StopRule stop{.ess = 20};
   std::vector<ChainRecord> records;
   std::string scenario;
   {
@@ -191,7 +191,7 @@ TEST_F(ThreadsRunner, Disturbed_and_restarted_a_chain_ends_at_the_effective_samp
     parts->runner.add({records[0]});
     parts->runner.drain();
   }
-  for (int start = 0; start < 20; ++start) {
+  for (int start = 0; start < 8; ++start) {
     const auto parts = open();
     parts->runner.resume_stored();
     std::this_thread::sleep_for(std::chrono::milliseconds(5 * start));
@@ -207,7 +207,7 @@ TEST_F(ThreadsRunner, Disturbed_and_restarted_a_chain_ends_at_the_effective_samp
   for (const ChainRecord& each : records) {
     ASSERT_TRUE(wait_until([&] { return state(*parts, each.id) == ChainState::finished; }));
     EXPECT_EQ(parts->runner.chain(each.id)->ended_by, "ess");
-    EXPECT_GE(parts->runner.chain(each.id)->counters.effective_samples, 40);
+    EXPECT_GE(parts->runner.chain(each.id)->counters.effective_samples, 20);
   }
   const auto end = [&](std::size_t i) { return parts->runner.chain(records[i].id)->counters; };
   EXPECT_EQ(end(0).iteration, end(1).iteration);
