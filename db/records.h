@@ -47,9 +47,9 @@ ChainState chain_state(std::string_view name);
 
 /// When a chain ends by itself; nothing set: when it is stopped.
 struct StopRule {
-  std::optional<std::uint64_t> samples;
-  std::optional<std::uint64_t> iterations;
-  std::optional<double> seconds;       ///< [s] of running time, pauses left out
+  std::optional<std::uint64_t> samples{};
+  std::optional<std::uint64_t> iterations{};
+  std::optional<double> seconds{};     ///< [s] of running time, pauses left out
   std::optional<std::uint64_t> ess{};  ///< effective samples, of the variable or measure that has fewest
 };
 
