@@ -144,10 +144,9 @@ void ChainRun::update_counters() {
   counters.failed_simulations = counts.failed_simulations;
   counters.simulated_seconds = counts.simulated_seconds;
   counters.kernels.clear();
+  const std::vector<std::string> names = chain_.kernel_names();
   for (std::size_t row = 0; row < counts.kernels.size(); ++row)
-    counters.kernels.push_back({.name = chain_.settings().method == Method::rejection
-                                            ? "prior"
-                                            : chain_.target().kernels.rows()[row].name,
+    counters.kernels.push_back({.name = names[row],
                                 .proposed = counts.kernels[row].proposed,
                                 .accepted = counts.kernels[row].accepted});
 }
