@@ -61,6 +61,7 @@ std::vector<std::string> Chain::kernel_names() const {
 }
 
 bool Chain::step(Simulator& simulator) {
+  if (counts_->iteration == 0) walk_->start(simulator);
   ++counts_->iteration;
   check_context().iteration = counts_->iteration;
   return walk_->step(simulator);

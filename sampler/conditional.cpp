@@ -58,7 +58,6 @@ bool Conditional::draw_candidate(Simulator& simulator) {
 // --- Exploring --------------------------------------------------------------------------------
 
 bool Conditional::explore(Simulator& simulator) {
-  if (walker_.stay.state.size() == 0) draw_first(walker_, 0);  // throws if there is nothing to draw
   const bool by_prior = redraw_.is_prior();
   const bool hit = draw_candidate(simulator);
   ++explored_;
@@ -145,7 +144,7 @@ void Conditional::start_sampling(Simulator& simulator) {
   }
   // Start from one of the hits, drawn by their weights: nearly a draw of the target already.
   double sum = 0;
-  for (const Hit& hit : hits_)
+  for (const WeighedState& hit : hits_)
     sum += hit.weight;
   double mark = draws.uniform() * sum;
   std::size_t chosen = 0;
@@ -207,7 +206,7 @@ void Conditional::write(ByteWriter& out) const {
   out.put(valid_share_);
   redraw_.write(out);
   out.put(static_cast<std::uint32_t>(hits_.size()));
-  for (const Hit& hit : hits_) {
+  for (const WeighedState& hit : hits_) {
     out.put(hit.weight);
     out.put_numbers(hit.state.data(), static_cast<std::size_t>(hit.state.size()));
   }
@@ -229,7 +228,7 @@ void Conditional::read(ByteReader& in) {
   redraw_ = LearnedRedraw::read(in, block_);
   hits_.clear();
   for (auto count = in.get<std::uint32_t>(); count > 0; --count) {
-    Hit hit;
+    WeighedState hit;
     hit.weight = in.get<double>();
     in.get_numbers(hit.state);
     if (static_cast<std::size_t>(hit.state.size()) != target_.model->size())

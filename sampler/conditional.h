@@ -54,7 +54,7 @@ class Conditional final : public Walk {
   Phase phase_ = Phase::exploring;
   Turn turn_ = Turn::redraw;
   LearnedRedraw redraw_;
-  std::vector<Hit> hits_;
+  std::vector<WeighedState> hits_;
   std::uint64_t explored_ = 0;      ///< draws
   std::uint64_t learn_after_ = 0;   ///< so many draws
   std::uint64_t learned_from_ = 0;  ///< hits

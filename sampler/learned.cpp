@@ -75,13 +75,13 @@ class Fitting {
   const Block& block_;
 
  public:
-  Fitting(const Block& block, const std::vector<Hit>& hits, const std::vector<std::size_t>& chosen)
+  Fitting(const Block& block, const std::vector<WeighedState>& hits, const std::vector<std::size_t>& chosen)
       : block_(block), shares(static_cast<Index>(chosen.size())), widths(static_cast<Index>(block.size())) {
     const auto count = static_cast<Index>(chosen.size()), coordinates = static_cast<Index>(block.size());
     centres.resize(coordinates, count);
     densities_.resize(coordinates, count);
     for (Index i = 0; i < count; ++i) {
-      const Hit& hit = hits[chosen[static_cast<std::size_t>(i)]];
+      const WeighedState& hit = hits[chosen[static_cast<std::size_t>(i)]];
       shares[i] = hit.weight;
       for (Index j = 0; j < coordinates; ++j) {
         const auto coordinate = static_cast<std::size_t>(j);
@@ -247,7 +247,7 @@ double LearnedRedraw::log_weight(const Block& block, const State& state) const {
   return -std::log(prior_share_ + (1 - prior_share_) * products.sum());
 }
 
-LearnedRedraw LearnedRedraw::learn(const Block& block, const std::vector<Hit>& hits, const Fit& fit,
+LearnedRedraw LearnedRedraw::learn(const Block& block, const std::vector<WeighedState>& hits, const Fit& fit,
                                    RandomStream& random) {
   CHECK(hits.size() >= 2, hits.size());
   Fitting fitting(block, hits, choose(hits.size(), fit.most_kernels, random));

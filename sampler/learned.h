@@ -49,7 +49,7 @@ class Block {
 };
 
 /// A State that satisfied the constraint, and its weight p / q under the q that drew it.
-struct Hit {
+struct WeighedState {
   State state;
   double weight = 1;
 };
@@ -81,7 +81,7 @@ class LearnedRedraw {
   };
   /// Chooses a width for every coordinate by coordinate descent on the mean weight, each hit left out of the
   /// kernels that weigh it. Requires: at least two hits.
-  static LearnedRedraw learn(const Block& block, const std::vector<Hit>& hits, const Fit& fit,
+  static LearnedRedraw learn(const Block& block, const std::vector<WeighedState>& hits, const Fit& fit,
                              RandomStream& random);
 
   void write(ByteWriter& out) const;

@@ -5,12 +5,13 @@
 
 namespace retake {
 
+void Metropolis::start(Simulator& simulator) {
+  // Line 1 of the paper's algorithm: the initial State is a draw from the prior.
+  Walk::start(simulator);
+  simulate_first(simulator, walker_);
+}
+
 bool Metropolis::step(Simulator& simulator) {
-  if (!walker_.was_simulated) {
-    // Line 1 of the paper's algorithm: the initial State is a draw from the prior.
-    draw_first(walker_, 0);
-    simulate_first(simulator, walker_);
-  }
   RandomStream draws = random(Purpose::proposal);
   const std::size_t row = target_.kernels.choose(draws.uniform());
   const double log_u = std::log(random(Purpose::acceptance).uniform());
@@ -24,7 +25,6 @@ bool Metropolis::step(Simulator& simulator) {
 }
 
 bool Rejection::step(Simulator& simulator) {
-  if (walker_.stay.state.size() == 0) draw_first(walker_, 0);  // throws if there is nothing to draw
   // Draw from the prior.
   RandomStream draws = random(Purpose::proposal);
   KernelCounter& counter = counts_.kernels[0];

@@ -11,6 +11,7 @@ class Metropolis final : public Walk {
  public:
   Metropolis(const Target& target, const ChainSettings& settings, ChainCounts& counts)
       : Walk(target, settings, counts) {}
+  void start(Simulator& simulator) override;
   bool step(Simulator& simulator) override;
 };
 

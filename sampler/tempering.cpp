@@ -56,7 +56,6 @@ bool Tempering::step(Simulator& simulator) {
 // --- The pilot --------------------------------------------------------------------------------
 
 bool Tempering::step_pilot(Simulator& simulator) {
-  if (walkers_[0].stay.state.size() == 0) draw_first(walkers_[0], 0);  // throws if there is nothing to draw
   if (pilot_.size() == kPilotDraws) {
     build_ladder();
     return step_rung(simulator);

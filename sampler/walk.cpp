@@ -66,6 +66,10 @@ Walk::Walk(const Target& target, const ChainSettings& settings, ChainCounts& cou
   candidate_score_.measures = walker_.stay.score.measures;
 }
 
+void Walk::start(Simulator&) {
+  draw_first(walker_, 0);
+}
+
 RandomStream Walk::random(Purpose purpose, std::size_t replica) const {
   return RandomStream({.seed = settings_.seed,
                        .chain = settings_.index,

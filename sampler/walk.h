@@ -30,6 +30,9 @@ class Walk {
   static std::vector<std::string> kernel_names(const Target& target, Method method);
   virtual ~Walk() = default;
 
+  /// Before the first iteration. Throws: std::runtime_error if the prior never draws a State within its
+  /// support.
+  virtual void start(Simulator& simulator);
   /// Iteration `counts.iteration`. True if the walker moved to a new State, or became a sample where it is.
   virtual bool step(Simulator& simulator) = 0;
   virtual std::span<const Walker> walkers() const { return {&walker_, 1}; }
