@@ -14,10 +14,9 @@ enum Kernels : std::size_t { kPrior, kLearned, kLocal, kTempering };
 
 constexpr std::uint64_t kFirstHits = 5;       // to learn from
 constexpr double kMoreHits = 1.5;             // times those learned from last
-constexpr double kMoreDraws = 1.25;           // times those before the last look
 constexpr std::uint64_t kFruitless = 30'000;  // draws without a hit, after which a ladder looks for one
 constexpr double kNoBetter = 0.1;             // relative change of the mean weight
-constexpr std::uint64_t kManyHits = 150;  // fewer may have missed a mode: the prior keeps its larger share
+constexpr std::uint8_t kRedrawsPerLocal = 3;  // chosen: a redraw is worth more, a local move costs less
 constexpr std::size_t kFinalKernels = 400;
 constexpr int kValidityDraws = 100'000;
 
@@ -103,13 +102,12 @@ bool Conditional::temper(Simulator& simulator) {
 void Conditional::learn_if_due() {
   const LearningLimits& limits = settings_.learning;
   if (hits_.size() < kFirstHits) return;
-  const bool enough = hits_.size() >= 2 * limits.hits || explored_ >= limits.draws;
+  const bool enough = hits_.size() >= limits.hits + limits.hits / 2 || explored_ >= limits.draws;
   const double more = kMoreHits * static_cast<double>(learned_from_) + 1;
-  if (!enough && (explored_ < learn_after_ || static_cast<double>(hits_.size()) < more)) return;
+  if (!enough && static_cast<double>(hits_.size()) < more) return;
   const double before = redraw_.mean_weight();
   const bool first = learned_from_ == 0;
   learn(false);
-  learn_after_ = static_cast<std::uint64_t>(std::ceil(kMoreDraws * static_cast<double>(explored_)));
   const bool no_better = !first && std::abs(redraw_.mean_weight() - before) < kNoBetter * before;
   if (enough || (no_better && hits_.size() >= limits.hits)) {
     learn(true);
@@ -123,7 +121,6 @@ void Conditional::learn(bool for_good) {
     fit.most_kernels = kFinalKernels;
     fit.sweeps = 2;
   }
-  if (hits_.size() >= kManyHits) fit.prior_shares = {0.5, 0.3};
   RandomStream draws = random(Purpose::learning);
   redraw_ = LearnedRedraw::learn(block_, hits_, fit, draws);
   learned_from_ = hits_.size();
@@ -163,8 +160,8 @@ void Conditional::start_sampling(Simulator& simulator) {
 }
 
 bool Conditional::sample(Simulator& simulator) {
-  if (turn_ == Turn::redraw) return sample_redraw(simulator);
-  turn_ = Turn::redraw;
+  if (turn_ != 0) return sample_redraw(simulator);
+  turn_ = kRedrawsPerLocal;
   RandomStream draws = random(Purpose::proposal);
   const double log_u = std::log(random(Purpose::acceptance).uniform());
   if (!step_by(local_, counts_.kernels[kLocal], draws, log_u, {.conditional = true}, simulator, walker_)) {
@@ -179,7 +176,7 @@ bool Conditional::sample_redraw(Simulator& simulator) {
   const bool hit = draw_candidate(simulator);
   ++counts_.odds.draws;
   if (!hit) return false;  // the turn goes on with the next draw
-  turn_ = Turn::local;
+  --turn_;
   const double log_candidate = log_weight(candidate_, candidate_score_);
   counts_.odds.add_hit(std::exp(log_candidate - candidate_score_.log_constraint) / valid_share_);
   const double log_u = std::log(random(Purpose::acceptance).uniform());
@@ -199,9 +196,8 @@ bool Conditional::sample_redraw(Simulator& simulator) {
 void Conditional::write(ByteWriter& out) const {
   Walk::write(out);
   out.put(static_cast<std::uint8_t>(phase_));
-  out.put(static_cast<std::uint8_t>(turn_));
+  out.put(turn_);
   out.put(explored_);
-  out.put(learn_after_);
   out.put(learned_from_);
   out.put(valid_share_);
   redraw_.write(out);
@@ -217,12 +213,11 @@ void Conditional::read(ByteReader& in) {
   Walk::read(in);
   const auto phase = in.get<std::uint8_t>();
   const auto turn = in.get<std::uint8_t>();
-  if (phase > static_cast<std::uint8_t>(Phase::sampling) || turn > static_cast<std::uint8_t>(Turn::local))
+  if (phase > static_cast<std::uint8_t>(Phase::sampling) || turn > kRedrawsPerLocal)
     throw std::out_of_range("a phase that cannot be");
   phase_ = static_cast<Phase>(phase);
-  turn_ = static_cast<Turn>(turn);
+  turn_ = turn;
   explored_ = in.get<std::uint64_t>();
-  learn_after_ = in.get<std::uint64_t>();
   learned_from_ = in.get<std::uint64_t>();
   valid_share_ = in.get<double>();
   redraw_ = LearnedRedraw::read(in, block_);

@@ -33,7 +33,6 @@ class Conditional final : public Walk {
     learned,    ///< the redraw is frozen; the next step samples
     sampling,
   };
-  enum class Turn : std::uint8_t { redraw, local };
 
   bool explore(Simulator& simulator);
   bool temper(Simulator& simulator);
@@ -52,11 +51,10 @@ class Conditional final : public Walk {
   Block block_;
   LocalMove local_;
   Phase phase_ = Phase::exploring;
-  Turn turn_ = Turn::redraw;
+  std::uint8_t turn_ = 0;  ///< redraws until the next local move
   LearnedRedraw redraw_;
   std::vector<WeighedState> hits_;
   std::uint64_t explored_ = 0;      ///< draws
-  std::uint64_t learn_after_ = 0;   ///< so many draws
   std::uint64_t learned_from_ = 0;  ///< hits
   double valid_share_ = 1;          ///< of the prior within its support
   std::unique_ptr<Tempering> ladder_;

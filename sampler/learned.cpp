@@ -31,6 +31,10 @@ constexpr std::array kWidths = {0.005, 0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35, 
 constexpr double kWidest = 1.5;
 constexpr double kFirstWidth = 0.2;
 
+// Shares of the prior to choose from, and the one for which widths are chosen.
+constexpr std::array kShares = {0.7, 0.5, 0.3, 0.2, 0.1};
+constexpr double kTypicalShare = 0.5;
+
 double kernel(double distance, double width) {
   const double z = distance / width, wide = z / kWide;
   return kNormal / width *
@@ -252,14 +256,17 @@ LearnedRedraw LearnedRedraw::learn(const Block& block, const std::vector<Weighed
   CHECK(hits.size() >= 2, hits.size());
   Fitting fitting(block, hits, choose(hits.size(), fit.most_kernels, random));
   for (int sweep = 0; sweep < fit.sweeps; ++sweep)
-    fitting.sweep(fit.prior_shares.front());
+    fitting.sweep(kTypicalShare);
   LearnedRedraw redraw;
-  redraw.mean_weight_ = std::numeric_limits<double>::infinity();
-  for (const double share : fit.prior_shares)
-    if (const double mean = fitting.mean_weight(share); mean < redraw.mean_weight_) {
-      redraw.mean_weight_ = mean;
-      redraw.prior_share_ = share;
-    }
+  double best = std::numeric_limits<double>::infinity();
+  for (const double share : kShares) {
+    const double mean = fitting.mean_weight(share);
+    const double unmet = 1 / (share * static_cast<double>(hits.size()));
+    if (mean + unmet >= best) continue;
+    best = mean + unmet;
+    redraw.mean_weight_ = mean;
+    redraw.prior_share_ = share;
+  }
   redraw.shares_ = fitting.shares;
   redraw.centres_ = fitting.centres;
   redraw.widths_ = fitting.widths;

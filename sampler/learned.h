@@ -67,6 +67,7 @@ class LearnedRedraw {
   /// log (p / q), at most -log e; where p > 0.
   double log_weight(const Block& block, const State& state) const;
 
+  const Eigen::VectorXd& widths() const { return widths_; }
   bool is_prior() const { return kernels() == 0; }
   std::size_t kernels() const { return static_cast<std::size_t>(shares_.size()); }
   double prior_share() const { return prior_share_; }
@@ -76,11 +77,11 @@ class LearnedRedraw {
   struct Fit {
     std::size_t most_kernels = 200;
     int sweeps = 1;
-    /// Shares of the prior to choose from.
-    std::vector<double> prior_shares{0.7};
   };
   /// Chooses a width for every coordinate by coordinate descent on the mean weight, each hit left out of the
-  /// kernels that weigh it. Requires: at least two hits.
+  /// kernels that weigh it; then the share e of the prior by the mean weight and 1 / (e hits), which is what
+  /// hits in places that none of them has met would add: about one in `hits` is such, and weighs up to 1 / e.
+  /// Requires: at least two hits.
   static LearnedRedraw learn(const Block& block, const std::vector<WeighedState>& hits, const Fit& fit,
                              RandomStream& random);
 
