@@ -42,10 +42,12 @@ struct Target {
   std::vector<Coordinate> learned{};
 };
 
-/// When a conditional chain stops learning: at this many hits if the redraw no longer gets better, at twice
-/// as many in any case, or after so many draws, once there are enough to learn from.
+/// When a conditional chain stops learning: at so many hits, if the prior alone would have found some of them
+/// (others come from where some were found before), or after so many draws if there is anything to learn
+/// from.
 struct LearningLimits {
   std::uint64_t hits = 200;
+  double plain_hits = 20;
   std::uint64_t draws = 2'000'000;
 };
 

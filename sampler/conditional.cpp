@@ -15,8 +15,8 @@ enum Kernels : std::size_t { kPrior, kLearned, kLocal, kTempering };
 constexpr std::uint64_t kFirstHits = 5;       // to learn from
 constexpr double kMoreHits = 1.5;             // times those learned from last
 constexpr std::uint64_t kFruitless = 30'000;  // draws without a hit, after which a ladder looks for one
-constexpr double kNoBetter = 0.1;             // relative change of the mean weight
 constexpr std::uint8_t kRedrawsPerLocal = 3;  // chosen: a redraw is worth more, a local move costs less
+constexpr std::size_t kMostKept = 1000;       // hits; then they are thinned to half
 constexpr std::size_t kFinalKernels = 400;
 constexpr int kValidityDraws = 100'000;
 
@@ -58,6 +58,7 @@ bool Conditional::draw_candidate(Simulator& simulator) {
 
 bool Conditional::explore(Simulator& simulator) {
   const bool by_prior = redraw_.is_prior();
+  plain_draws_ += redraw_.prior_share();
   const bool hit = draw_candidate(simulator);
   ++explored_;
   if (by_prior && candidate_log_prior_ != kImpossible) {
@@ -67,7 +68,14 @@ bool Conditional::explore(Simulator& simulator) {
   if (hit) {
     ++counts_.kernels[by_prior ? kPrior : kLearned].accepted;
     ++counts_.accepted;
-    hits_.push_back({.state = candidate_, .weight = std::exp(log_weight(candidate_, candidate_score_))});
+    const double weight = redraw_.log_weight(block_, candidate_);
+    found_weight_ += std::exp(weight);
+    ++found_;
+    hits_.push_back({.state = candidate_, .weight = std::exp(weight + candidate_score_.log_constraint)});
+    if (hits_.size() > kMostKept) {
+      RandomStream draws = random(Purpose::learning);
+      hits_ = thin(std::move(hits_), kMostKept / 2, draws);
+    }
     move_to_candidate(walker_);
     walker_.stay.weight = 0;
     ++counts_.samples;
@@ -91,7 +99,6 @@ bool Conditional::temper(Simulator& simulator) {
   if (ladder_->has_found_enough()) {
     // They come from few draws of the prior, so they only show where to look.
     learn(false);
-    learned_from_ = static_cast<std::uint64_t>(static_cast<double>(hits_.size()) / kMoreHits);
     hits_.clear();
     ladder_.reset();
     phase_ = Phase::exploring;
@@ -101,29 +108,28 @@ bool Conditional::temper(Simulator& simulator) {
 
 void Conditional::learn_if_due() {
   const LearningLimits& limits = settings_.learning;
-  if (hits_.size() < kFirstHits) return;
-  const bool enough = hits_.size() >= limits.hits + limits.hits / 2 || explored_ >= limits.draws;
-  const double more = kMoreHits * static_cast<double>(learned_from_) + 1;
-  if (!enough && static_cast<double>(hits_.size()) < more) return;
-  const double before = redraw_.mean_weight();
-  const bool first = learned_from_ == 0;
-  learn(false);
-  const bool no_better = !first && std::abs(redraw_.mean_weight() - before) < kNoBetter * before;
-  if (enough || (no_better && hits_.size() >= limits.hits)) {
-    learn(true);
-    phase_ = Phase::learned;
-  }
+  if (found_ < kFirstHits) return;
+  const bool enough =
+      (found_ >= limits.hits && plain_hits() >= limits.plain_hits) || explored_ >= limits.draws;
+  if (!enough && static_cast<double>(found_) < kMoreHits * static_cast<double>(learned_from_) + 1) return;
+  learn(enough);
+  if (enough) phase_ = Phase::learned;
+}
+
+/// What the prior alone would have found in as many draws as were its own.
+double Conditional::plain_hits() const {
+  return explored_ > 0 ? found_weight_ / static_cast<double>(explored_) * plain_draws_ : 0;
 }
 
 void Conditional::learn(bool for_good) {
-  LearnedRedraw::Fit fit;
+  LearnedRedraw::Fit fit{.plain_hits = plain_hits()};
   if (for_good) {
     fit.most_kernels = kFinalKernels;
     fit.sweeps = 2;
   }
   RandomStream draws = random(Purpose::learning);
   redraw_ = LearnedRedraw::learn(block_, hits_, fit, draws);
-  learned_from_ = hits_.size();
+  learned_from_ = found_;
 }
 
 // --- Sampling ---------------------------------------------------------------------------------
@@ -198,6 +204,9 @@ void Conditional::write(ByteWriter& out) const {
   out.put(static_cast<std::uint8_t>(phase_));
   out.put(turn_);
   out.put(explored_);
+  out.put(found_);
+  out.put(found_weight_);
+  out.put(plain_draws_);
   out.put(learned_from_);
   out.put(valid_share_);
   redraw_.write(out);
@@ -218,6 +227,9 @@ void Conditional::read(ByteReader& in) {
   phase_ = static_cast<Phase>(phase);
   turn_ = turn;
   explored_ = in.get<std::uint64_t>();
+  found_ = in.get<std::uint64_t>();
+  found_weight_ = in.get<double>();
+  plain_draws_ = in.get<double>();
   learned_from_ = in.get<std::uint64_t>();
   valid_share_ = in.get<double>();
   redraw_ = LearnedRedraw::read(in, block_);

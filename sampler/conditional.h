@@ -37,6 +37,7 @@ class Conditional final : public Walk {
   bool explore(Simulator& simulator);
   bool temper(Simulator& simulator);
   void learn_if_due();
+  double plain_hits() const;
   void learn(bool for_good);
   void start_sampling(Simulator& simulator);
   bool sample(Simulator& simulator);
@@ -55,6 +56,9 @@ class Conditional final : public Walk {
   LearnedRedraw redraw_;
   std::vector<WeighedState> hits_;
   std::uint64_t explored_ = 0;      ///< draws
+  std::uint64_t found_ = 0;         ///< hits among them
+  double found_weight_ = 0;         ///< sum of their p / q
+  double plain_draws_ = 0;          ///< how many draws the prior is expected to have made
   std::uint64_t learned_from_ = 0;  ///< hits
   double valid_share_ = 1;          ///< of the prior within its support
   std::unique_ptr<Tempering> ladder_;

@@ -32,7 +32,7 @@ constexpr double kWidest = 1.5;
 constexpr double kFirstWidth = 0.2;
 
 // Shares of the prior to choose from, and the one for which widths are chosen.
-constexpr std::array kShares = {0.7, 0.5, 0.3, 0.2, 0.1};
+constexpr std::array kShares = {0.9, 0.7, 0.5, 0.3, 0.2, 0.1};
 constexpr double kTypicalShare = 0.5;
 
 double kernel(double distance, double width) {
@@ -62,30 +62,19 @@ VectorXd cumulated(const VectorXd& shares) {
   return sums;
 }
 
-/// `most` of the hits in a random order, or all of them.
-std::vector<std::size_t> choose(std::size_t count, std::size_t most, RandomStream& random) {
-  std::vector<std::size_t> order(count);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  if (count <= most) return order;
-  for (std::size_t i = 0; i < most; ++i)
-    std::swap(order[i], order[i + random.index(count - i)]);
-  order.resize(most);
-  return order;
-}
-
 /// What a fit looks at: for every coordinate the distances between hits, and the densities that the kernels
 /// are measured against.
 class Fitting {
   const Block& block_;
 
  public:
-  Fitting(const Block& block, const std::vector<WeighedState>& hits, const std::vector<std::size_t>& chosen)
-      : block_(block), shares(static_cast<Index>(chosen.size())), widths(static_cast<Index>(block.size())) {
-    const auto count = static_cast<Index>(chosen.size()), coordinates = static_cast<Index>(block.size());
+  Fitting(const Block& block, const std::vector<WeighedState>& hits)
+      : block_(block), shares(static_cast<Index>(hits.size())), widths(static_cast<Index>(block.size())) {
+    const auto count = static_cast<Index>(hits.size()), coordinates = static_cast<Index>(block.size());
     centres.resize(coordinates, count);
     densities_.resize(coordinates, count);
     for (Index i = 0; i < count; ++i) {
-      const WeighedState& hit = hits[chosen[static_cast<std::size_t>(i)]];
+      const WeighedState& hit = hits[static_cast<std::size_t>(i)];
       shares[i] = hit.weight;
       for (Index j = 0; j < coordinates; ++j) {
         const auto coordinate = static_cast<std::size_t>(j);
@@ -211,6 +200,28 @@ double Block::value(const State& state, std::size_t coordinate) const {
   return at(state, read.variable) + (read.shift ? read.shift(state) : 0);
 }
 
+std::vector<WeighedState> thin(std::vector<WeighedState> states, std::size_t count, RandomStream& random) {
+  if (states.size() <= count) return states;
+  // The c at which `count` are expected to be kept.
+  double low = 0, high = 0;
+  for (const WeighedState& state : states)
+    high += state.weight / static_cast<double>(count);
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    double kept = 0;
+    for (const WeighedState& state : states)
+      kept += std::min(1.0, state.weight / middle);
+    (kept > static_cast<double>(count) ? low : high) = middle;
+  }
+  std::vector<WeighedState> kept;
+  for (WeighedState& state : states)
+    if (state.weight >= high || random.bernoulli(state.weight / high)) {
+      state.weight = std::max(state.weight, high);
+      kept.push_back(std::move(state));
+    }
+  return kept;
+}
+
 // --- LearnedRedraw ----------------------------------------------------------------------------
 
 void LearnedRedraw::draw(const Block& block, RandomStream& random, State& state) const {
@@ -254,14 +265,14 @@ double LearnedRedraw::log_weight(const Block& block, const State& state) const {
 LearnedRedraw LearnedRedraw::learn(const Block& block, const std::vector<WeighedState>& hits, const Fit& fit,
                                    RandomStream& random) {
   CHECK(hits.size() >= 2, hits.size());
-  Fitting fitting(block, hits, choose(hits.size(), fit.most_kernels, random));
+  Fitting fitting(block, thin(hits, fit.most_kernels, random));
   for (int sweep = 0; sweep < fit.sweeps; ++sweep)
     fitting.sweep(kTypicalShare);
   LearnedRedraw redraw;
   double best = std::numeric_limits<double>::infinity();
   for (const double share : kShares) {
     const double mean = fitting.mean_weight(share);
-    const double unmet = 1 / (share * static_cast<double>(hits.size()));
+    const double unmet = 1 / (share * std::max(fit.plain_hits, 1.0));
     if (mean + unmet >= best) continue;
     best = mean + unmet;
     redraw.mean_weight_ = mean;

@@ -54,6 +54,10 @@ struct WeighedState {
   double weight = 1;
 };
 
+/// Thins weighed States to about `count`, so that sums over them stay what they are in the mean: a State of
+/// weight w is kept with probability min(1, w / c), and then weighs at least c.
+std::vector<WeighedState> thin(std::vector<WeighedState> states, std::size_t count, RandomStream& random);
+
 /// q(c) = e p(c) + (1 - e) sum_i W_i prod_j K_j(c_j - c_ij) over the coordinates of a Block; what is not in
 /// the Block is drawn from the prior. K_j is 0.85 N(0, h_j) + 0.15 N(0, 3.5 h_j), or the prior where a
 /// coordinate does not matter. Immutable once made.
@@ -77,11 +81,12 @@ class LearnedRedraw {
   struct Fit {
     std::size_t most_kernels = 200;
     int sweeps = 1;
+    /// How many hits the prior alone has given, or would have. About one in so many lies where no kernel is.
+    double plain_hits = 1;
   };
   /// Chooses a width for every coordinate by coordinate descent on the mean weight, each hit left out of the
-  /// kernels that weigh it; then the share e of the prior by the mean weight and 1 / (e hits), which is what
-  /// hits in places that none of them has met would add: about one in `hits` is such, and weighs up to 1 / e.
-  /// Requires: at least two hits.
+  /// kernels that weigh it; then the share e of the prior by the mean weight and 1 / (e plain_hits), which
+  /// hits where no kernel is will add: they weigh up to 1 / e. Requires: at least two hits.
   static LearnedRedraw learn(const Block& block, const std::vector<WeighedState>& hits, const Fit& fit,
                              RandomStream& random);
 
