@@ -12,7 +12,8 @@ namespace {
   "SELECT chain.row, chain.id, scenario.id, position, seed, method, ratios, settings, state, stop_samples," \
   " stop_iterations, stop_seconds, iteration, accepted, samples, simulations, failed_simulations,"          \
   " simulated_seconds, run_seconds, iterations_per_second, first_sample_iteration, first_sample_seconds,"   \
-  " ended_by, error, chain.created_at "
+  " ended_by, error, chain.created_at, stop_ess, is_learning, skipped_seconds, "                            \
+  "effective_samples, " ODDS_COLUMNS " "
 
 ChainRecord read_chain(Connection& connection, Query& query) {
   ChainRecord record;
@@ -41,11 +42,20 @@ ChainRecord read_chain(Connection& connection, Query& query) {
   record.ended_by = query.text();
   record.error = query.text();
   record.created_at = query.integer();
+  record.stop.ess = query.optional<std::uint64_t>();
+  record.counters.is_learning = query.integer() != 0;
+  record.counters.skipped_seconds = query.real();
+  record.counters.effective_samples = query.optional<double>();
+  record.counters.odds = read_odds(query);
 
   Query kernels(connection,
                 "SELECT name, proposed, accepted FROM chain_kernel WHERE chain = ? ORDER BY position", row);
   while (kernels.next())
     record.counters.kernels.push_back({kernels.text(), kernels.count(), kernels.count()});
+  Query rungs(connection, "SELECT beta, proposed, accepted FROM chain_rung WHERE chain = ? ORDER BY position",
+              row);
+  while (rungs.next())
+    record.counters.rungs.push_back({rungs.real(), rungs.count(), rungs.count()});
   return record;
 }
 
@@ -65,6 +75,34 @@ void write_kernels(Connection& connection, std::int64_t chain, const std::vector
     ++position;
   }
   run(connection, "DELETE FROM chain_kernel WHERE chain = ? AND position >= ?", chain, position);
+}
+
+void write_rungs(Connection& connection, std::int64_t chain, const std::vector<RungCount>& rungs) {
+  std::int64_t position = 0;
+  for (const auto& rung : rungs) {
+    run(connection,
+        "REPLACE INTO chain_rung (chain, position, beta, proposed, accepted) VALUES (?, ?, ?, ?, ?)", chain,
+        position, rung.beta, rung.proposed, rung.accepted);
+    ++position;
+  }
+  run(connection, "DELETE FROM chain_rung WHERE chain = ? AND position >= ?", chain, position);
+}
+
+void write_counters(Connection& connection, std::int64_t chain, const ChainCounters& counters) {
+  run(connection,
+      "UPDATE chain SET iteration = ?, accepted = ?, samples = ?, simulations = ?, failed_simulations = ?,"
+      " simulated_seconds = ?, run_seconds = ?, iterations_per_second = ?, first_sample_iteration = ?,"
+      " first_sample_seconds = ?, is_learning = ?, skipped_seconds = ?, effective_samples = ?,"
+      " odds_basis = ?, odds_draws = ?, odds_hits = ?, odds_sum = ?, odds_squares = ?, odds_largest = ?"
+      " WHERE row = ?",
+      counters.iteration, counters.accepted, counters.samples, counters.simulations,
+      counters.failed_simulations, counters.simulated_seconds, counters.run_seconds,
+      counters.iterations_per_second, counters.first_sample_iteration, counters.first_sample_seconds,
+      counters.is_learning ? 1 : 0, counters.skipped_seconds, counters.effective_samples,
+      to_string(counters.odds.basis), counters.odds.draws, counters.odds.hits, counters.odds.sum,
+      counters.odds.squares, counters.odds.largest, chain);
+  write_kernels(connection, chain, counters.kernels);
+  write_rungs(connection, chain, counters.rungs);
 }
 
 }  // namespace
@@ -121,20 +159,17 @@ std::vector<std::string> load_trace(Connection& connection, std::string_view cha
 bool insert_chain(Connection& connection, const ChainRecord& record) {
   const auto scenario = scenario_row(connection, record.scenario);
   if (!scenario) return false;
-  const auto& counters = record.counters;
+  // The counters follow; what must not be null is 0 until then.
   run(connection,
       "INSERT INTO chain (id, scenario, position, seed, method, ratios, settings, state, stop_samples,"
-      " stop_iterations, stop_seconds, iteration, accepted, samples, simulations, failed_simulations,"
-      " simulated_seconds, run_seconds, iterations_per_second, first_sample_iteration, first_sample_seconds,"
-      " ended_by, error, created_at)"
-      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+      " stop_iterations, stop_seconds, stop_ess, iteration, accepted, samples, simulations,"
+      " failed_simulations, simulated_seconds, run_seconds, iterations_per_second, ended_by, error,"
+      " created_at)"
+      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, 0, 0, 0, 0, 0, 0, 0, 0, ?, ?, ?)",
       record.id, *scenario, record.index, record.seed, record.method, record.ratios, record.settings,
       to_string(record.state), record.stop.samples, record.stop.iterations, record.stop.seconds,
-      counters.iteration, counters.accepted, counters.samples, counters.simulations,
-      counters.failed_simulations, counters.simulated_seconds, counters.run_seconds,
-      counters.iterations_per_second, counters.first_sample_iteration, counters.first_sample_seconds,
-      record.ended_by, record.error, record.created_at != 0 ? record.created_at : now());
-  write_kernels(connection, connection.last_inserted_row(), counters.kernels);
+      record.stop.ess, record.ended_by, record.error, record.created_at != 0 ? record.created_at : now());
+  write_counters(connection, connection.last_inserted_row(), record.counters);
   return true;
 }
 
@@ -164,15 +199,7 @@ std::uint64_t write_progress(Connection& connection, const ChainProgress& progre
       added, scenario);
 
   // Counters and state.
-  const auto& counters = progress.counters;
-  run(connection,
-      "UPDATE chain SET iteration = ?, accepted = ?, samples = ?, simulations = ?, failed_simulations = ?,"
-      " simulated_seconds = ?, run_seconds = ?, iterations_per_second = ?, first_sample_iteration = ?,"
-      " first_sample_seconds = ? WHERE row = ?",
-      counters.iteration, counters.accepted, counters.samples, counters.simulations,
-      counters.failed_simulations, counters.simulated_seconds, counters.run_seconds,
-      counters.iterations_per_second, counters.first_sample_iteration, counters.first_sample_seconds, chain);
-  write_kernels(connection, chain, counters.kernels);
+  write_counters(connection, chain, progress.counters);
   if (progress.state) {
     update_chain_state(connection, progress.chain, *progress.state, progress.ended_by, progress.error);
   }

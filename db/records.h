@@ -9,7 +9,16 @@
 #include <string_view>
 #include <vector>
 
+#include "sampler/odds.h"
+
 namespace retake {
+
+/// What a first look by draws from the prior found.
+struct PilotTally {
+  std::uint64_t draws = 0;
+  std::uint64_t hits = 0;
+  double seconds = 0;  ///< [s] of CPU time
+};
 
 struct ScenarioRecord {
   std::string id;
@@ -23,7 +32,13 @@ struct ScenarioRecord {
   std::uint64_t paused = 0;
   std::uint64_t finished = 0;
   std::uint64_t failed = 0;
+  OddsTally odds;                   ///< of its chains, pooled; filled by the store
+  std::optional<PilotTally> pilot;  ///< none until set_pilot
 };
+
+/// Adds a tally to a pool, which keeps the best basis alone: one of a better basis takes its place, one of a
+/// worse basis is left out.
+void pool(OddsTally& pooled, const OddsTally& tally);
 
 enum class ChainState { queued, running, paused, finished, failed };
 std::string_view to_string(ChainState state);
@@ -32,13 +47,21 @@ ChainState chain_state(std::string_view name);
 
 /// When a chain ends by itself; nothing set: when it is stopped.
 struct StopRule {
-  std::optional<std::uint64_t> samples;
-  std::optional<std::uint64_t> iterations;
-  std::optional<double> seconds;  ///< [s] of running time, pauses left out
+  std::optional<std::uint64_t> samples{};
+  std::optional<std::uint64_t> iterations{};
+  std::optional<double> seconds{};     ///< [s] of running time, pauses left out
+  std::optional<std::uint64_t> ess{};  ///< effective samples, of the variable or measure that has fewest
 };
 
 struct KernelCount {
   std::string name;
+  std::uint64_t proposed = 0;
+  std::uint64_t accepted = 0;
+};
+
+/// A rung of a ladder, and its swaps with the next one.
+struct RungCount {
+  double beta = 0;
   std::uint64_t proposed = 0;
   std::uint64_t accepted = 0;
 };
@@ -56,6 +79,11 @@ struct ChainCounters {
   std::vector<KernelCount> kernels;
   std::optional<std::uint64_t> first_sample_iteration;
   std::optional<double> first_sample_seconds;  ///< run_seconds at the first sample
+  bool is_learning = false;                    ///< what it finds meanwhile is no part of any estimate
+  double skipped_seconds = 0;                  ///< [s] of the worlds' own time that was not stepped
+  OddsTally odds;
+  std::vector<RungCount> rungs;             ///< from the prior up; empty without a ladder
+  std::optional<double> effective_samples;  ///< as judged last
 };
 
 struct ChainRecord {
@@ -81,7 +109,7 @@ struct SampleRecord {
   std::string chain;
   std::uint64_t iteration = 0;
   std::uint32_t replica = 0;
-  std::uint64_t weight = 1;  ///< iterations for which the chain stayed
+  std::uint64_t weight = 1;  ///< iterations for which the chain stayed; 0: found while it was learning
   double log_prior = 0;
   double log_constraint = 0;
   double duration = 0;   ///< [s]

@@ -2,11 +2,11 @@
 // Realises DESIGN section 5.
 #include "db/sample_rows.h"
 
-#include <algorithm>
 #include <charconv>
 #include <limits>
 
 #include "db/cursor.h"
+#include "db/draw_spacing.h"
 #include "db/scenario_rows.h"
 
 namespace retake::database {
@@ -186,31 +186,23 @@ std::vector<DrawRecord> load_draws(Connection& connection, std::string_view chai
     query.next();
     total = query.count();
   }
-  const std::uint64_t parts = std::min<std::uint64_t>(most, total);
-  draws.reserve(parts);
-
-  // The middle of part k is (2k + 1) total / (2 parts), rounded down without overflow.
-  const auto middle = [&](std::uint64_t k) {
-    const auto odd = 2 * k + 1;
-    return odd * (total / (2 * parts)) + odd * (total % (2 * parts)) / (2 * parts);
-  };
+  DrawSpacing spacing(total, most);
+  draws.reserve(spacing.parts());
   Query place(connection,
               "SELECT row, weight FROM sample INDEXED BY sample_by_weight WHERE chain = ? AND iteration > ?"
               " ORDER BY iteration, replica",
               chain_row, from_iteration);
-  std::uint64_t passed = 0;
-  while (draws.size() < parts && place.next()) {
+  while (!spacing.is_done() && place.next()) {
     const auto sample = place.integer();
-    passed += place.count();
-    if (middle(draws.size()) >= passed) continue;
+    const std::uint64_t times = spacing.take(place.count());
+    if (times == 0) continue;
     Query query(connection,
                 "SELECT iteration, log_prior, log_constraint, measures, state FROM sample"
                 " CROSS JOIN sample_blob ON sample_blob.sample = sample.row WHERE sample.row = ?",
                 sample);
     query.next();
     const DrawRecord draw{query.count(), query.real(), query.real(), query.text(), query.text()};
-    while (draws.size() < parts && middle(draws.size()) < passed)
-      draws.push_back(draw);
+    draws.insert(draws.end(), times, draw);
   }
   return draws;
 }

@@ -19,11 +19,12 @@ constexpr int kPurgedRows = 500;
   " (SELECT count(*) FROM chain WHERE chain.scenario = scenario.row AND state IN ('queued', 'running'))," \
   " (SELECT count(*) FROM chain WHERE chain.scenario = scenario.row AND state = 'paused'),"               \
   " (SELECT count(*) FROM chain WHERE chain.scenario = scenario.row AND state = 'finished'),"             \
-  " (SELECT count(*) FROM chain WHERE chain.scenario = scenario.row AND state = 'failed')"                \
+  " (SELECT count(*) FROM chain WHERE chain.scenario = scenario.row AND state = 'failed'),"               \
+  " pilot_draws, pilot_hits, pilot_seconds"                                                               \
   " FROM scenario CROSS JOIN stock ON stock.scenario = scenario.row "
 
 // Reads the columns that follow the row number.
-ScenarioRecord read_scenario(Query& query) {
+ScenarioRecord read_scenario(Connection& connection, std::int64_t row, Query& query) {
   ScenarioRecord record;
   record.id = query.text();
   record.world = query.text();
@@ -36,10 +37,28 @@ ScenarioRecord read_scenario(Query& query) {
   record.paused = query.count();
   record.finished = query.count();
   record.failed = query.count();
+  if (!query.is_null()) record.pilot = PilotTally{query.count(), query.count(), query.real()};
+
+  Query tallies(connection,
+                "SELECT " ODDS_COLUMNS " FROM chain INDEXED BY chain_by_scenario WHERE chain.scenario = ?",
+                row);
+  while (tallies.next())
+    pool(record.odds, read_odds(tallies));
   return record;
 }
 
 }  // namespace
+
+OddsTally read_odds(Query& query) {
+  OddsTally tally;
+  tally.basis = odds_basis_from(query.text());
+  tally.draws = query.count();
+  tally.hits = query.count();
+  tally.sum = query.real();
+  tally.squares = query.real();
+  tally.largest = query.real();
+  return tally;
+}
 
 std::int64_t now() {
   const auto time = std::chrono::system_clock::now().time_since_epoch();
@@ -55,8 +74,8 @@ std::optional<std::int64_t> scenario_row(Connection& connection, std::string_vie
 std::optional<ScenarioRecord> load_scenario(Connection& connection, std::string_view id) {
   Query query(connection, SCENARIO_COLUMNS "WHERE id = ?", id);
   if (!query.next()) return std::nullopt;
-  query.integer();
-  return read_scenario(query);
+  const auto row = query.integer();
+  return read_scenario(connection, row, query);
 }
 
 Page<ScenarioRecord> load_scenarios(Connection& connection, std::size_t limit, std::string_view cursor) {
@@ -74,7 +93,7 @@ Page<ScenarioRecord> load_scenarios(Connection& connection, std::size_t limit, s
       break;
     }
     last = query.integer();
-    page.records.push_back(read_scenario(query));
+    page.records.push_back(read_scenario(connection, last, query));
   }
   return page;
 }
@@ -95,6 +114,22 @@ Store::AddedScenario insert_scenario(Connection& connection, const ScenarioRecor
       record.created_at != 0 ? record.created_at : now());
   run(connection, "INSERT INTO stock (scenario) VALUES (?)", connection.last_inserted_row());
   return {load_scenario(connection, record.id).value(), true};
+}
+
+std::vector<std::string> load_scenarios_without_pilot(Connection& connection) {
+  std::vector<std::string> ids;
+  Query query(connection,
+              "SELECT id FROM scenario INDEXED BY scenario_by_pilot"
+              " WHERE pilot_draws IS NULL AND id IS NOT NULL ORDER BY row");
+  while (query.next())
+    ids.push_back(query.text());
+  return ids;
+}
+
+bool write_pilot(Connection& connection, std::string_view id, const PilotTally& pilot) {
+  return run(connection,
+             "UPDATE scenario SET pilot_draws = ?, pilot_hits = ?, pilot_seconds = ? WHERE id = ?",
+             pilot.draws, pilot.hits, pilot.seconds, id) > 0;
 }
 
 bool delete_scenario(Connection& connection, std::string_view id) {

@@ -5,12 +5,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "db/sqlite.h"
 #include "db/store.h"
 
 namespace retake::database {
+
+/// The columns of a chain's tally, in the order in which read_odds reads them.
+#define ODDS_COLUMNS "odds_basis, odds_draws, odds_hits, odds_sum, odds_squares, odds_largest"
+OddsTally read_odds(Query& query);
 
 /// Milliseconds since the Unix epoch.
 std::int64_t now();
@@ -21,6 +27,10 @@ Page<ScenarioRecord> load_scenarios(Connection& connection, std::size_t limit, s
 std::uint64_t count_samples(Connection& connection, std::string_view scenario);
 
 Store::AddedScenario insert_scenario(Connection& connection, const ScenarioRecord& record);
+
+std::vector<std::string> load_scenarios_without_pilot(Connection& connection);
+/// False: there is no such scenario.
+bool write_pilot(Connection& connection, std::string_view id, const PilotTally& pilot);
 
 /// Takes the scenario and its chains out of sight; what hangs on them is left to purge. False: not there.
 bool delete_scenario(Connection& connection, std::string_view id);

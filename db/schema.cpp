@@ -150,6 +150,34 @@ CREATE TABLE flush (
 INSERT INTO flush (row, count) VALUES (1, 0);
 )sql";
 
+constexpr const char* kVersion2 = R"sql(
+ALTER TABLE scenario ADD COLUMN pilot_draws INTEGER;  -- null: there was no pilot yet
+ALTER TABLE scenario ADD COLUMN pilot_hits INTEGER;
+ALTER TABLE scenario ADD COLUMN pilot_seconds REAL;
+CREATE INDEX scenario_by_pilot ON scenario (pilot_draws);
+
+ALTER TABLE chain ADD COLUMN stop_ess INTEGER;
+ALTER TABLE chain ADD COLUMN is_learning INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN skipped_seconds REAL NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN effective_samples REAL;
+ALTER TABLE chain ADD COLUMN odds_basis TEXT NOT NULL DEFAULT '';  -- empty: nothing was tallied
+ALTER TABLE chain ADD COLUMN odds_draws INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN odds_hits INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN odds_sum REAL NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN odds_squares REAL NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN odds_largest REAL NOT NULL DEFAULT 0;
+
+-- The ladder of a chain, from the prior up.
+CREATE TABLE chain_rung (
+  chain INTEGER NOT NULL REFERENCES chain ON DELETE CASCADE,
+  position INTEGER NOT NULL,
+  beta REAL NOT NULL,
+  proposed INTEGER NOT NULL,               -- swaps with the next rung
+  accepted INTEGER NOT NULL,
+  PRIMARY KEY (chain, position)
+) STRICT, WITHOUT ROWID;
+)sql";
+
 std::int64_t single_integer(Connection& connection, std::string_view sql) {
   Query query(connection, sql);
   query.next();
@@ -159,7 +187,7 @@ std::int64_t single_integer(Connection& connection, std::string_view sql) {
 }  // namespace
 
 std::span<const std::string> migrations() {
-  static const std::array<std::string, 1> scripts{kVersion1};
+  static const std::array<std::string, 2> scripts{kVersion1, kVersion2};
   return scripts;
 }
 

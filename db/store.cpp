@@ -122,6 +122,16 @@ Page<ScenarioRecord> Store::scenarios(std::size_t limit, std::string_view cursor
   });
 }
 
+std::vector<std::string> Store::scenarios_without_pilot() const {
+  return implementation_->read("scenarios", database::load_scenarios_without_pilot);
+}
+
+bool Store::set_pilot(std::string_view id, const PilotTally& pilot) {
+  return implementation_->write("write a pilot to", [&](Connection& connection) {
+    return database::write_pilot(connection, id, pilot);
+  });
+}
+
 std::uint64_t Store::sample_count(std::string_view scenario) const {
   return implementation_->read(
       "a scenario", [&](Connection& connection) { return database::count_samples(connection, scenario); });

@@ -73,6 +73,10 @@ class Store {
   std::optional<ScenarioRecord> scenario(std::string_view id) const;
   /// Newest first. Throws: BadCursor.
   Page<ScenarioRecord> scenarios(std::size_t limit, std::string_view cursor) const;
+  /// Those for which set_pilot was never called, oldest first.
+  std::vector<std::string> scenarios_without_pilot() const;
+  /// Durable when it returns. False: there is no such scenario.
+  bool set_pilot(std::string_view id, const PilotTally& pilot);
   /// How many samples the scenario holds; 0 if there is no such scenario.
   std::uint64_t sample_count(std::string_view scenario) const;
 

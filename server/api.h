@@ -5,6 +5,7 @@
 #include "db/store.h"
 #include "server/event_hub.h"
 #include "server/http_server.h"
+#include "server/pilot.h"
 #include "server/runner.h"
 #include "server/scenario_library.h"
 
@@ -29,6 +30,7 @@ struct Api {
   ScenarioLibrary& scenarios;
   EventHub& events;
   Runner& runner;
+  Pilot& pilot;
   ServiceLimits limits;
   const HttpServer& server;
 };

@@ -33,8 +33,7 @@ std::vector<ChainRecord> read_chains(const Api& api, const Scenario& scenario, s
   BodyFields fields = BodyFields::parse(body);
   const std::uint64_t count = fields.integer("count", 1, api.limits.most_chains_per_request).value_or(1);
   const auto seed = fields.integer("seed", 0, kLargestSeed);
-  const auto method = fields.choice(
-      "method", {std::string(to_string(Method::metropolis)), std::string(to_string(Method::rejection))});
+  const auto method = fields.choice("method", method_names());
   const auto ratios =
       fields.choice("ratios", {std::string(to_string(Ratios::exact)), std::string(to_string(Ratios::paper))});
   BodyFields stop_fields = fields.object("stop");
@@ -42,6 +41,7 @@ std::vector<ChainRecord> read_chains(const Api& api, const Scenario& scenario, s
   stop.samples = stop_fields.integer("samples", 1, kLargestCount);
   stop.iterations = stop_fields.integer("iterations", 1, kLargestCount);
   stop.seconds = stop_fields.number_above("seconds", 0);
+  stop.ess = stop_fields.integer("ess", 1, kMostEffectiveSamples);
   fields.finish();
 
   const std::uint64_t chosen_seed = seed ? *seed : random_seed();

@@ -40,7 +40,10 @@ void add_scenario_routes(HttpServer& server, Api& api) {
     QueryFields(request).finish();
     const auto scenario = Scenario::read(parse_document(request.body));
     const Store::AddedScenario added = api.store.add_scenario(new_scenario_record(*scenario));
-    if (added.created) api.events.scenario_changed(added.scenario.id);
+    if (added.created) {
+      api.events.scenario_changed(added.scenario.id);
+      api.pilot.add(added.scenario.id);
+    }
     HttpResponse response = json_response(scenario_json(added.scenario), added.created ? 201 : 200);
     response.headers.emplace_back("Location", "/v1/scenarios/" + added.scenario.id);
     return response;

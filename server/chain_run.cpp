@@ -25,6 +25,14 @@ Chain make_chain(const Scenario& scenario, const ChainRecord& record, std::strin
                             : Chain(std::move(target), settings_of(record), checkpoint);
 }
 
+/// Whether the stop rule by effective samples is looked at when there are so many samples.
+bool is_judged_at(std::uint64_t samples) {
+  std::uint64_t place = 8;  // chosen: the fewest that have an effective sample size
+  while (place < samples)
+    place += (place + 3) / 4;  // a quarter more, rounded up
+  return place == samples;
+}
+
 }  // namespace
 
 ChainSettings settings_of(const ChainRecord& record) {
@@ -39,10 +47,17 @@ ChainRun::ChainRun(std::shared_ptr<const Scenario> scenario, ChainRecord record,
       record_(std::move(record)),
       chain_(make_chain(*scenario_, record_, checkpoint)),
       trace_(scenario_->measures().size(), trace_blocks) {
-  const Stay& stay = chain_.stay();
-  if (stay.is_sample) {
-    standing_ = Standing::on_handed_over;
-    standing_iteration_ = stay.iteration;
+  standings_.resize(chain_.walkers());
+  for (std::size_t walker = 0; walker < standings_.size(); ++walker) {
+    const Stay& stay = chain_.stay(walker);
+    if (!stay.is_sample) continue;
+    if (stay.weight > 0)
+      standings_[walker] = {
+          .place = Standing::Place::on_handed_over, .iteration = stay.iteration, .told = stay.weight};
+    // The last step found the sample, so the chain has not gone on since.
+    awaits_judgement_ =
+        awaits_judgement_ || (record_.stop.ess && stay.iteration == chain_.counts().iteration &&
+                              is_judged_at(chain_.counts().samples));
   }
   update_counters();
 }
@@ -55,11 +70,14 @@ void ChainRun::step_for(Scenario::Performer& performer, std::chrono::duration<do
   const double seconds_before = record_.counters.run_seconds;
   const std::uint64_t iteration_before = chain_.counts().iteration;
   std::chrono::duration<double> elapsed{0};
-  while (ended_by().empty() && elapsed < time && samples_.size() < most_samples) {
+  const auto may_go_on = [&] {
+    return ended_by().empty() && !awaits_judgement_ && samples_.size() < most_samples;
+  };
+  while (may_go_on() && elapsed < time) {
     const Clock::time_point round = Clock::now();
     for (std::uint64_t i = 0; i < steps_between_clocks_; ++i) {
       step(performer);
-      if (!ended_by().empty() || samples_.size() >= most_samples) break;
+      if (!may_go_on()) break;
     }
     const Clock::time_point now = Clock::now();
     elapsed = now - begin;
@@ -86,15 +104,33 @@ std::string_view ChainRun::ended_by() const {
   const StopRule& stop = record_.stop;
   if (stop.samples && counts.samples >= *stop.samples) return "samples";
   if (stop.iterations && counts.iteration >= *stop.iterations) return "iterations";
+  if (reached_ess_) return "ess";
   if (stop.seconds && record_.counters.run_seconds >= *stop.seconds) return "seconds";
   return {};
 }
 
+void ChainRun::judge(std::optional<double> effective_samples) {
+  CHECK(awaits_judgement_, record_.counters.samples);
+  awaits_judgement_ = false;
+  record_.counters.effective_samples = effective_samples;
+  reached_ess_ = effective_samples && *effective_samples >= static_cast<double>(*record_.stop.ess);
+}
+
 void ChainRun::step(Scenario::Performer& performer) {
-  const std::uint64_t weight_before = chain_.stay().weight;
+  // A move overwrites the weight of the stay that it ends, and which walker moves is not known before.
+  for (std::size_t walker = 0; walker < standings_.size(); ++walker)
+    standings_[walker].weight = chain_.stay(walker).weight;
   const bool moved = chain_.step(performer);
+
+  // Walkers that are gone have left their samples.
+  const std::size_t walkers = chain_.walkers();
+  for (std::size_t walker = walkers; walker < standings_.size(); ++walker)
+    close_stay(standings_[walker], standings_[walker].weight);
+  standings_.resize(walkers);
+
   if (moved) {
-    close_stay(weight_before);
+    Standing& standing = standings_[chain_.walker()];
+    close_stay(standing, standing.weight);
     if (chain_.stay().is_sample) record_sample(performer);
   }
   trace_.record(chain_);
@@ -102,15 +138,18 @@ void ChainRun::step(Scenario::Performer& performer) {
 
 void ChainRun::record_sample(Scenario::Performer& performer) {
   const Stay& stay = chain_.stay();
+  const auto replica = static_cast<std::uint32_t>(chain_.walker());
   const Scenario::Performer::Take take = performer.perform(stay.state);
   // The score is a pure function of the State, recorded or not.
   CHECK(take.complete && take.score.log_constraint == stay.score.log_constraint, take.score.log_constraint,
         stay.score.log_constraint);
   NewSample sample;
-  sample.record.id = sample_id(record_.id, stay.iteration, 0);
+  sample.record.id = sample_id(record_.id, stay.iteration, replica);
   sample.record.scenario = record_.scenario;
   sample.record.chain = record_.id;
   sample.record.iteration = stay.iteration;
+  sample.record.replica = replica;
+  sample.record.weight = stay.weight;
   sample.record.log_prior = stay.log_prior;
   sample.record.log_constraint = stay.score.log_constraint;
   sample.record.duration = take.animation.duration();
@@ -119,19 +158,25 @@ void ChainRun::record_sample(Scenario::Performer& performer) {
   sample.state = encode_state(stay.state);
   sample.animation = encode_animation(take.animation);
   samples_.push_back(std::move(sample));
-  standing_ = Standing::on_gathered;
-  standing_iteration_ = stay.iteration;
+  // What was found while learning keeps weight 0: nothing more is to be said of it.
+  if (stay.weight > 0)
+    standings_[replica] = {
+        .place = Standing::Place::on_gathered, .gathered = samples_.size() - 1, .iteration = stay.iteration};
+  awaits_judgement_ = record_.stop.ess && is_judged_at(chain_.counts().samples);
   if (chain_.counts().samples == 1) {
     record_.counters.first_sample_iteration = stay.iteration;
     record_.counters.first_sample_seconds = record_.counters.run_seconds;
   }
 }
 
-void ChainRun::close_stay(std::uint64_t weight) {
-  if (standing_ == Standing::on_gathered) samples_.back().record.weight = weight;
-  if (standing_ == Standing::on_handed_over)
-    weights_.push_back({.iteration = standing_iteration_, .replica = 0, .weight = weight});
-  standing_ = Standing::on_no_sample;
+/// Notes the weight that the sample on which a walker stood has reached.
+void ChainRun::close_stay(Standing& standing, std::uint64_t weight) {
+  if (standing.place == Standing::Place::on_gathered) samples_[standing.gathered].record.weight = weight;
+  if (standing.place == Standing::Place::on_handed_over && weight != standing.told)
+    weights_.push_back({.iteration = standing.iteration,
+                        .replica = static_cast<std::uint32_t>(&standing - standings_.data()),
+                        .weight = weight});
+  standing.place = Standing::Place::on_no_sample;
 }
 
 void ChainRun::update_counters() {
@@ -143,18 +188,32 @@ void ChainRun::update_counters() {
   counters.simulations = counts.simulations;
   counters.failed_simulations = counts.failed_simulations;
   counters.simulated_seconds = counts.simulated_seconds;
-  counters.kernels.clear();
+  counters.skipped_seconds = counts.skipped_seconds;
+  counters.is_learning = counts.is_learning;
+  counters.odds = counts.odds;
   const std::vector<std::string> names = chain_.kernel_names();
-  for (std::size_t row = 0; row < counts.kernels.size(); ++row)
+  CHECK(names.size() == counts.kernels.size(), names.size(), counts.kernels.size());
+  counters.kernels.clear();
+  for (std::size_t row = 0; row < names.size(); ++row)
     counters.kernels.push_back({.name = names[row],
                                 .proposed = counts.kernels[row].proposed,
                                 .accepted = counts.kernels[row].accepted});
+  counters.rungs.clear();
+  for (const RungCounter& rung : counts.rungs)
+    counters.rungs.push_back({.beta = rung.beta, .proposed = rung.proposed, .accepted = rung.accepted});
+  // Independent samples need no judgement.
+  if (chain_.settings().method == Method::rejection)
+    counters.effective_samples = static_cast<double>(counts.samples);
 }
 
 ChainProgress ChainRun::take_progress() {
-  if (chain_.stay().is_sample) {
-    close_stay(chain_.stay().weight);
-    standing_ = Standing::on_handed_over;
+  for (std::size_t walker = 0; walker < standings_.size(); ++walker) {
+    Standing& standing = standings_[walker];
+    if (standing.place == Standing::Place::on_no_sample) continue;
+    const std::uint64_t weight = chain_.stay(walker).weight;
+    close_stay(standing, weight);
+    standing.place = Standing::Place::on_handed_over;
+    standing.told = weight;
   }
   ChainProgress progress;
   progress.chain = record_.id;

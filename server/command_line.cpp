@@ -13,6 +13,7 @@
 
 #include "db/store.h"
 #include "sampler/chain.h"
+#include "server/chain_run.h"
 #include "worlds/document.h"
 
 namespace retake {
@@ -114,16 +115,20 @@ void CommandLine::add_sample() {
   SampleOptions& options = sample_options;
   auto* command = app.add_subcommand("sample", "Sample a scenario without a server");
   command->add_option("scenario", options.scenario, "Scenario document, - for standard input")->required();
-  command->add_option("--count", options.count, "Samples to find")
-      ->capture_default_str()
+  command->add_option("--count", options.count, "Samples to find; 10 if --ess is absent too")
       ->check(CLI::Range(std::uint64_t{1}, kLargestSeed));
+  command
+      ->add_option("--ess", options.ess,
+                   "Find samples until so many are effective, for every variable and measure")
+      ->check(CLI::Range(std::uint64_t{1}, kMostEffectiveSamples));
   command->add_option("--seed", options.seed, "Seed; picked and reported if absent")
       ->check(CLI::Range(std::uint64_t{0}, kLargestSeed));
   command->add_option("--index", options.index, "Which chain of the seed")
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{std::numeric_limits<std::uint32_t>::max()}));
-  command->add_option("--method", options.method, "metropolis or rejection; the world's default if absent")
-      ->check(known(method_from, "metropolis, rejection"));
+  const std::string methods = "rejection, metropolis, conditional, tempering";
+  command->add_option("--method", options.method, methods + "; the world's default if absent")
+      ->check(known(method_from, methods));
   command->add_option("--ratios", options.ratios, "exact, or paper for the published behaviour")
       ->capture_default_str()
       ->check(known(ratios_from, "exact, paper"));

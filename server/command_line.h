@@ -36,8 +36,9 @@ struct ServeOptions {
 Exit serve(const ServeOptions& options);
 
 struct SampleOptions {
-  std::string scenario;  ///< file, "-" for standard input
-  std::uint64_t count = 10;
+  std::string scenario;                ///< file, "-" for standard input
+  std::optional<std::uint64_t> count;  ///< 10 unless something else ends the chain by success
+  std::optional<std::uint64_t> ess;    ///< effective samples
   std::optional<std::uint64_t> seed;
   std::uint32_t index = 0;
   std::string method;  ///< empty: the world's default

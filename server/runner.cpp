@@ -7,6 +7,8 @@
 #include <unistd.h>
 #include <utility>
 
+#include "server/health.h"
+
 namespace retake {
 namespace {
 
@@ -272,8 +274,9 @@ std::shared_ptr<Runner::Live> Runner::next_chain() {
     const auto wished =
         std::find_if(queue_.begin(), queue_.end(), [](const auto& live) { return live->wish != Wish::run; });
     for (auto place = wished != queue_.end() ? wished : queue_.begin(); place != queue_.end(); ++place) {
-      const bool held_up = (*place)->wish == Wish::run && (*place)->run->gathered() >= kMostGathered &&
-                           (*place)->commit.valid() &&
+      const ChainRun& run = *(*place)->run;
+      const bool waits = run.gathered() >= kMostGathered || run.awaits_judgement();
+      const bool held_up = (*place)->wish == Wish::run && waits && (*place)->commit.valid() &&
                            (*place)->commit.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
       if (held_up) continue;
       std::shared_ptr<Live> live = *place;
@@ -298,7 +301,7 @@ void Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
       const std::lock_guard lock(mutex_);
       wish = live->wish;
     }
-    if (wish == Wish::run && run.ended_by().empty()) {
+    if (wish == Wish::run && run.ended_by().empty() && !run.awaits_judgement()) {
       const ChainCounters before = run.record().counters;
       run.step_for(performer, kSlice, kMostGathered);
       count(before, run.record().counters);
@@ -310,6 +313,9 @@ void Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
       leave(live);
       return;
     }
+    const bool is_all_stored =
+        !live->commit.valid() && live->handed_over_at == run.record().counters.iteration;
+    if (run.awaits_judgement() && wish == Wish::run && is_all_stored) judge(*live);
     std::string_view ended_by = run.ended_by();
     if (wish == Wish::stop && ended_by.empty()) ended_by = "stop";
     if (ended_by.empty() && run.gathered() > 0 &&
@@ -323,8 +329,8 @@ void Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
       return;
     }
     const bool behind = live->commit.valid();
-    if (!behind &&
-        (run.gathered() >= kSamplesPerCommit || Clock::now() - live->committed_at >= kBetweenCommits))
+    if (!behind && (run.gathered() >= kSamplesPerCommit || run.awaits_judgement() ||
+                    Clock::now() - live->committed_at >= kBetweenCommits))
       hand_over(*live, std::nullopt, "");
   } catch (const std::runtime_error& error) {
     fail(live, error.what());
@@ -353,6 +359,15 @@ void Runner::hand_over(Live& live, std::optional<ChainState> state, std::string_
   progress.ended_by = ended_by;
   live.commit = store_.commit(std::move(progress));
   live.committed_at = Clock::now();
+  live.handed_over_at = live.run->record().counters.iteration;
+}
+
+void Runner::judge(Live& live) {
+  const ChainRecord& record = live.run->record();
+  live.run->judge(
+      effective_samples(*live.run->scenario(), record, [&](std::size_t most, std::uint64_t from_iteration) {
+        return store_.draws(record.id, most, from_iteration);
+      }));
 }
 
 void Runner::count(const ChainCounters& before, const ChainCounters& after) {

@@ -86,6 +86,7 @@ class Runner {
     bool in_slice = false;
     std::future<std::uint64_t> commit;  // the last one handed to the store
     std::chrono::steady_clock::time_point committed_at{};
+    std::optional<std::uint64_t> handed_over_at;  // the iteration of that commit
   };
   class Turn;
   using Performers =
@@ -97,6 +98,8 @@ class Runner {
   /// Looks at the last commit. False: the chain was deleted. Throws: StoreError if it failed.
   bool settle_commit(Live& live, bool wait);
   void hand_over(Live& live, std::optional<ChainState> state, std::string_view ended_by);
+  /// Looks at the stop rule by effective samples. Requires: the store holds everything so far.
+  void judge(Live& live);
   void leave(const std::shared_ptr<Live>& live);
   void fail(const std::shared_ptr<Live>& live, const std::string& error);
   void make_live(const ChainRecord& record);

@@ -8,6 +8,8 @@
 
 #include "server/chain_run.h"
 #include "server/command_line.h"
+#include "server/gathered_draws.h"
+#include "server/health.h"
 #include "server/identifiers.h"
 #include "server/scenario_library.h"
 #include "server/views.h"
@@ -19,6 +21,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::chrono::duration<double> kBetweenReports{0.2};
+constexpr std::uint64_t kDefaultCount = 10;
 
 std::string read_text(const std::string& path) {
   if (path == "-") return std::string(std::istreambuf_iterator<char>(std::cin), {});
@@ -35,10 +38,23 @@ ChainRecord chain_record(const SampleOptions& options, const Scenario& scenario)
   record.scenario = scenario_id(scenario.document());
   record.method = options.method.empty() ? to_string(scenario.world().default_method()) : options.method;
   record.ratios = options.ratios;
-  if (!method_from(record.method)) throw ConfigurationError("--method must be metropolis or rejection");
+  if (!method_from(record.method))
+    throw ConfigurationError("--method must be rejection, metropolis, conditional or tempering");
   if (!ratios_from(record.ratios)) throw ConfigurationError("--ratios must be exact or paper");
-  record.stop = {.samples = options.count, .iterations = options.iterations, .seconds = options.seconds};
+  record.stop = {.samples = options.count,
+                 .iterations = options.iterations,
+                 .seconds = options.seconds,
+                 .ess = options.ess};
+  if (!options.count && !options.ess) record.stop.samples = kDefaultCount;
   return record;
+}
+
+/// "10 samples", "samples until 50 are effective" or both.
+std::string wanted_text(const StopRule& stop) {
+  std::string text = stop.samples ? std::to_string(*stop.samples) + " samples" : "samples";
+  if (stop.ess)
+    text += (stop.samples ? ", or until " : " until ") + std::to_string(*stop.ess) + " are effective";
+  return text;
 }
 
 void write_file(const std::filesystem::path& path, const std::string& text) {
@@ -57,10 +73,19 @@ Exit sample(const SampleOptions& options) {
   if (!options.out.empty()) std::filesystem::create_directories(options.out);
   const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
 
+  const std::string wanted = wanted_text(run.record().stop);
+  GatheredDraws gathered;  // only if the chain is judged by them
   std::uint64_t found = 0;
   while (run.ended_by().empty()) {
     run.step_for(*performer, kBetweenReports, 256);
-    for (const NewSample& each : run.take_progress().samples) {
+    const ChainProgress progress = run.take_progress();
+    if (options.ess) gathered.add(progress);
+    if (run.awaits_judgement())
+      run.judge(
+          effective_samples(*scenario, run.record(), [&](std::size_t most, std::uint64_t from_iteration) {
+            return gathered.draws(most, from_iteration);
+          }));
+    for (const NewSample& each : progress.samples) {
       ++found;
       json view = sample_json(each.record);
       for (const char* stored_only : {"created_at", "plays", "weight"})
@@ -80,17 +105,17 @@ Exit sample(const SampleOptions& options) {
     }
     const ChainCounters& counters = run.record().counters;
     if (terminal)
-      std::fprintf(stderr, "\r%llu of %llu samples, %llu iterations, %.0f a second ",
-                   static_cast<unsigned long long>(found), static_cast<unsigned long long>(options.count),
+      std::fprintf(stderr, "\r%llu of %s, %llu iterations, %.0f a second ",
+                   static_cast<unsigned long long>(found), wanted.c_str(),
                    static_cast<unsigned long long>(counters.iteration), counters.iterations_per_second);
   }
   if (terminal) std::fputc('\n', stderr);
   if (options.json)
     std::cout << json({{"chain", chain_json(run.record())}, {"ended_by", run.ended_by()}}).dump() << '\n';
   std::cout.flush();
-  if (found >= options.count) return Exit::done;
-  std::fprintf(stderr, "retake: gave up with %llu of %llu samples\n", static_cast<unsigned long long>(found),
-               static_cast<unsigned long long>(options.count));
+  if (run.ended_by() == "samples" || run.ended_by() == "ess") return Exit::done;
+  std::fprintf(stderr, "retake: gave up with %llu of %s\n", static_cast<unsigned long long>(found),
+               wanted.c_str());
   return Exit::failed;
 }
 

@@ -141,15 +141,18 @@ Exit serve(const ServeOptions& options) {
   Runner runner(store, library, events,
                 {.threads = options.threads == 0 ? cores : options.threads,
                  .most_samples_per_scenario = options.max_samples});
+  Pilot pilot(store, library, events);
   Api api{.store = store,
           .scenarios = library,
           .events = events,
           .runner = runner,
+          .pilot = pilot,
           .limits = limits,
           .server = server};
   add_all_routes(server, api);
   runner.resume_stored();
   if (!options.no_examples) add_examples(api);
+  pilot.add_missing();
 
   const bool is_ipv6 = settings.address.find(':') != std::string::npos;
   std::printf("Retake is at http://%s:%d/\n",
@@ -164,6 +167,7 @@ Exit serve(const ServeOptions& options) {
     server.stop();
   }).detach();
   server.run();
+  pilot.drain();
   runner.drain();
   return Exit::done;
 }

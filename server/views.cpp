@@ -38,8 +38,13 @@ json stop_json(const StopRule& stop) {
   json rule = json::object();
   put(rule, "samples", stop.samples);
   put(rule, "iterations", stop.iterations);
+  put(rule, "ess", stop.ess);
   if (stop.seconds) rule["seconds"] = *stop.seconds;
   return rule;
+}
+
+json optional_number(const std::optional<double>& value) {
+  return value ? finite(*value) : json(nullptr);
 }
 
 json parsed(const std::string& text) {
@@ -53,6 +58,13 @@ json measures_json(const std::vector<Measure>& measures, std::span<const double>
   for (std::size_t i = 0; i < measures.size(); ++i)
     view[measures[i].name] = measure_json(measures[i].kind, values[i]);
   return view;
+}
+
+std::vector<std::string> method_names() {
+  std::vector<std::string> names;
+  for (const Method method : {Method::rejection, Method::metropolis, Method::conditional, Method::tempering})
+    names.emplace_back(to_string(method));
+  return names;
 }
 
 json world_json(const World& world) {
@@ -71,7 +83,7 @@ json world_json(const World& world) {
           {"version", world.version()},
           {"summary", world.summary()},
           {"default_method", to_string(world.default_method())},
-          {"methods", {to_string(Method::rejection), to_string(Method::metropolis)}},
+          {"methods", method_names()},
           {"model", world.model_parameters().schema()},
           {"constraints", std::move(constraints)},
           {"examples", world.examples()}};
@@ -86,7 +98,79 @@ json scenario_json(const ScenarioRecord& record) {
                     {"paused", record.paused},
                     {"finished", record.finished},
                     {"failed", record.failed}};
+  view["odds"] = odds_json(record.odds);
+  view["difficulty"] = difficulty_json(record.pilot);
   return view;
+}
+
+json odds_json(const OddsTally& tally) {
+  const auto known = odds(tally);
+  if (!known) return nullptr;
+  return {{"probability", known->probability}, {"low", known->low},    {"high", known->high},
+          {"basis", to_string(tally.basis)},   {"draws", tally.draws}, {"hits", tally.hits}};
+}
+
+json difficulty_json(const std::optional<PilotTally>& pilot) {
+  if (!pilot) return nullptr;
+  const double hits = static_cast<double>(pilot->hits);
+  const auto known = odds({.basis = OddsBasis::rejection,
+                           .draws = pilot->draws,
+                           .hits = pilot->hits,
+                           .sum = hits,
+                           .squares = hits,
+                           .largest = hits > 0 ? 1.0 : 0.0});
+  if (!known) return nullptr;
+  constexpr double kCommon = 0.01;  // chosen: rejection alone then finds plenty
+  const char* verdict = known->probability >= kCommon ? "common" : pilot->hits > 0 ? "rare" : "nothing-yet";
+  return {{"verdict", verdict},
+          {"one_in", pilot->hits > 0 ? json(static_cast<double>(pilot->draws) / hits) : json(nullptr)},
+          {"at_least", 1 / known->high},
+          {"draws", pilot->draws},
+          {"hits", pilot->hits},
+          {"seconds", pilot->seconds}};
+}
+
+json diagnostics_json(const Health& health) {
+  json quantities = json::array();
+  for (const QuantityHealth& quantity : health.quantities)
+    quantities.push_back({{"name", quantity.name},
+                          {"rhat", finite(quantity.together.rhat)},
+                          {"ess_bulk", finite(quantity.together.ess_bulk)},
+                          {"ess_tail", finite(quantity.together.ess_tail)},
+                          {"ess_within", finite(quantity.ess_within)},
+                          {"ess_across", finite(quantity.ess_across)},
+                          {"mean", finite(quantity.together.mean)},
+                          {"sd", finite(quantity.together.sd)}});
+  json effective = nullptr;
+  if (health.effective)
+    effective = {{"samples", health.effective->samples},
+                 {"quantity", health.effective->quantity},
+                 {"within", health.effective->within},
+                 {"per_cpu_minute", optional_number(health.effective->per_cpu_minute)}};
+  json first_sample = nullptr;
+  if (health.first_sample_seconds) first_sample = {{"seconds", *health.first_sample_seconds}};
+  json swaps = json::array();
+  for (const SwapHealth& swap : health.swaps)
+    swaps.push_back({{"chain", swap.chain},
+                     {"low", swap.low},
+                     {"high", swap.high},
+                     {"proposed", swap.proposed},
+                     {"accepted", swap.accepted}});
+  const double all_seconds = health.simulated_seconds + health.skipped_seconds;
+  return {{"quantities", std::move(quantities)},
+          {"chains", health.chains},
+          {"draws_per_chain", health.draws_per_chain},
+          {"effective", std::move(effective)},
+          {"odds", odds_json(health.odds)},
+          {"first_sample", std::move(first_sample)},
+          {"eta_seconds", optional_number(health.eta_seconds)},
+          {"saved",
+           {{"iterations", health.iterations},
+            {"simulations", health.simulations},
+            {"simulated_seconds", health.simulated_seconds},
+            {"skipped_seconds", health.skipped_seconds},
+            {"share", all_seconds > 0 ? json(health.skipped_seconds / all_seconds) : json(nullptr)}}},
+          {"swaps", std::move(swaps)}};
 }
 
 json chain_json(const ChainRecord& record) {
@@ -108,6 +192,9 @@ json chain_json(const ChainRecord& record) {
                {"simulations", counters.simulations},
                {"failed_simulations", counters.failed_simulations},
                {"simulated_seconds", counters.simulated_seconds},
+               {"skipped_seconds", counters.skipped_seconds},
+               {"phase", counters.is_learning ? "exploring" : "sampling"},
+               {"effective_samples", optional_number(counters.effective_samples)},
                {"run_seconds", counters.run_seconds},
                {"iterations_per_second", counters.iterations_per_second},
                {"kernels", std::move(kernels)},
@@ -128,6 +215,7 @@ json sample_json(const SampleRecord& record) {
           {"iteration", record.iteration},
           {"replica", record.replica},
           {"weight", record.weight},
+          {"learning", record.weight == 0},
           {"log_prior", record.log_prior},
           {"log_constraint", record.log_constraint},
           {"duration", record.duration},

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "db/records.h"
+#include "server/health.h"
 #include "server/trace.h"
 #include "worlds/animation.h"
 #include "worlds/measure.h"
@@ -23,10 +24,18 @@ namespace retake {
 /// no value. Requires: values.size() == measures.size().
 nlohmann::json measures_json(const std::vector<Measure>& measures, std::span<const double> values);
 
+/// Every method of sampling by its name, the simplest first.
+std::vector<std::string> method_names();
+
 nlohmann::json world_json(const World& world);
 nlohmann::json scenario_json(const ScenarioRecord& record);
 nlohmann::json chain_json(const ChainRecord& record);
 nlohmann::json sample_json(const SampleRecord& record);
+/// P(satisfied) with its interval and what it is known by; null without draws.
+nlohmann::json odds_json(const OddsTally& tally);
+/// How hard the wish is, by what a pilot found; null without one.
+nlohmann::json difficulty_json(const std::optional<PilotTally>& pilot);
+nlohmann::json diagnostics_json(const Health& health);
 /// {name: value}, null for absent Variables.
 nlohmann::json variables_json(const Model& model, const State& state);
 /// Equal-length arrays of at most `points` evenly chosen points.

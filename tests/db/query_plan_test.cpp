@@ -50,6 +50,8 @@ TEST(StoreQueryPlans, every_statement_of_a_request_goes_by_an_index) {
   database::load_scenario(*connection, "s");
   database::load_scenarios(*connection, 10, "");
   database::count_samples(*connection, "s");
+  database::load_scenarios_without_pilot(*connection);
+  database::write_pilot(*connection, "s", {});
   database::insert_scenario(*connection, make_scenario("t"));
   database::insert_chain(*connection, make_chain("d", "t"));
   database::load_chain(*connection, "c");
@@ -62,6 +64,7 @@ TEST(StoreQueryPlans, every_statement_of_a_request_goes_by_an_index) {
   progress.trace_block = "block";
   progress.replace_trace = true;
   progress.counters.kernels = {{"redraw", 1, 1}};
+  progress.counters.rungs = {{0, 1, 1}};
   database::write_progress(*connection, progress);
   database::load_sample(*connection, "c-1");
   database::load_state(*connection, "c-1");
@@ -83,7 +86,7 @@ TEST(StoreQueryPlans, every_statement_of_a_request_goes_by_an_index) {
   }
 
   const auto statements = connection->prepared_statements();
-  EXPECT_GT(statements.size(), 45u);
+  EXPECT_GT(statements.size(), 51u);
   for (const auto& sql : statements) {
     if (begins_with(sql, "PRAGMA")) continue;
     for (const auto& step : plan(*connection, sql)) {

@@ -35,6 +35,56 @@ TEST_F(StoreScenarios, a_scenario_comes_back) {
   EXPECT_FALSE(store.scenario("other"));
 }
 
+TEST_F(StoreScenarios, a_pilot_is_kept_and_those_without_are_listed) {
+  for (const char* id : {"a", "b", "c"})
+    store.add_scenario(make_scenario(id));
+  EXPECT_FALSE(store.scenario("b")->pilot);
+  EXPECT_EQ(store.scenarios_without_pilot(), (std::vector<std::string>{"a", "b", "c"}));
+  EXPECT_TRUE(store.set_pilot("b", {.draws = 1000, .hits = 0, .seconds = 0.75}));
+  EXPECT_FALSE(store.set_pilot("gone", {}));
+  const auto pilot = store.scenario("b")->pilot;
+  ASSERT_TRUE(pilot);
+  EXPECT_EQ(pilot->draws, 1000u);
+  EXPECT_EQ(pilot->hits, 0u);
+  EXPECT_EQ(pilot->seconds, 0.75);
+  EXPECT_EQ(store.scenarios(2, "").records[1].pilot->draws, 1000u);
+  store.delete_scenario("a");
+  EXPECT_FALSE(store.set_pilot("a", {}));
+  EXPECT_EQ(store.scenarios_without_pilot(), (std::vector<std::string>{"c"}));
+}
+
+TEST_F(StoreScenarios, the_odds_of_the_best_basis_are_added_up) {
+  store.add_scenario(make_scenario("s"));
+  store.add_scenario(make_scenario("other"));
+  EXPECT_EQ(store.scenario("s")->odds.basis, OddsBasis::none);
+  const auto add = [&](const std::string& id, const std::string& scenario, const OddsTally& tally) {
+    auto chain = make_chain(id, scenario);
+    chain.counters.odds = tally;
+    store.add_chains({chain});
+  };
+  add("unused", "s", {});
+  add("ladder", "s", {OddsBasis::ladder, 100, 90, 90, 90, 1});
+  EXPECT_EQ(store.scenario("s")->odds.draws, 100u);
+  add("first", "s", {OddsBasis::rejection, 1000, 2, 2, 2, 1});
+  add("second", "s", {OddsBasis::rejection, 500, 3, 3, 3, 1});
+  add("foreign", "other", {OddsBasis::rejection, 7, 0, 0, 0, 0});
+  auto odds = store.scenario("s")->odds;
+  EXPECT_EQ(odds.basis, OddsBasis::rejection);
+  EXPECT_EQ(odds.draws, 1500u);
+  EXPECT_EQ(odds.hits, 5u);
+  EXPECT_EQ(odds.sum, 5);
+  add("learned", "s", {OddsBasis::learned, 40, 4, 0.5, 0.125, 0.25});
+  add("learned2", "s", {OddsBasis::learned, 60, 2, 0.5, 0.25, 0.5});
+  odds = store.scenarios(2, "").records[1].odds;
+  EXPECT_EQ(odds.basis, OddsBasis::learned);
+  EXPECT_EQ(odds.draws, 100u);
+  EXPECT_EQ(odds.hits, 6u);
+  EXPECT_EQ(odds.sum, 1);
+  EXPECT_EQ(odds.squares, 0.375);
+  EXPECT_EQ(odds.largest, 0.5);
+  EXPECT_EQ(store.scenario("other")->odds.draws, 7u);
+}
+
 TEST_F(StoreScenarios, the_same_id_again_gives_the_first_one) {
   store.add_scenario(make_scenario("s"));
   auto again = make_scenario("s");
@@ -118,12 +168,26 @@ TEST_F(StoreChains, a_chain_comes_back_field_by_field) {
   chain.seed = (std::uint64_t{1} << 63) - 1;
   chain.settings = R"({"beta":0.5})";
   chain.state = ChainState::running;
-  chain.stop = {100, 2000, 1.5};
+  chain.stop = {100, 2000, 1.5, 50};
   chain.created_at = 99;
   store.add_chains({chain});
   auto progress = make_progress("c", "s", 1, 1);
-  progress.counters = {11, 12, 13, 14, 15, 1.25, 2.5, 3.75, {{"redraw", 21, 22}, {"toggle", 23, 24}},
-                       31, 0.5};
+  progress.counters = {11,
+                       12,
+                       13,
+                       14,
+                       15,
+                       1.25,
+                       2.5,
+                       3.75,
+                       {{"redraw", 21, 22}, {"toggle", 23, 24}},
+                       31,
+                       0.5,
+                       true,
+                       4.5,
+                       {OddsBasis::learned, 41, 42, 0.25, 0.125, 0.0625},
+                       {{0, 51, 52}, {0.5, 53, 54}, {1, 0, 0}},
+                       61.5};
   store.commit(progress).get();
 
   const auto found = store.chain("c").value();
@@ -137,6 +201,7 @@ TEST_F(StoreChains, a_chain_comes_back_field_by_field) {
   EXPECT_EQ(found.stop.samples, 100u);
   EXPECT_EQ(found.stop.iterations, 2000u);
   EXPECT_EQ(found.stop.seconds, 1.5);
+  EXPECT_EQ(found.stop.ess, 50u);
   EXPECT_EQ(found.created_at, 99);
   EXPECT_EQ(found.counters.iteration, 11u);
   EXPECT_EQ(found.counters.accepted, 12u);
@@ -152,15 +217,46 @@ TEST_F(StoreChains, a_chain_comes_back_field_by_field) {
   EXPECT_EQ(found.counters.kernels[1].name, "toggle");
   EXPECT_EQ(found.counters.kernels[1].proposed, 23u);
   EXPECT_EQ(found.counters.kernels[1].accepted, 24u);
+  EXPECT_TRUE(found.counters.is_learning);
+  EXPECT_EQ(found.counters.skipped_seconds, 4.5);
+  EXPECT_EQ(found.counters.odds.basis, OddsBasis::learned);
+  EXPECT_EQ(found.counters.odds.draws, 41u);
+  EXPECT_EQ(found.counters.odds.hits, 42u);
+  EXPECT_EQ(found.counters.odds.sum, 0.25);
+  EXPECT_EQ(found.counters.odds.squares, 0.125);
+  EXPECT_EQ(found.counters.odds.largest, 0.0625);
+  ASSERT_EQ(found.counters.rungs.size(), 3u);
+  EXPECT_EQ(found.counters.rungs[1].beta, 0.5);
+  EXPECT_EQ(found.counters.rungs[1].proposed, 53u);
+  EXPECT_EQ(found.counters.rungs[1].accepted, 54u);
+  EXPECT_EQ(found.counters.effective_samples, 61.5);
 }
 
 TEST_F(StoreChains, what_is_unset_stays_unset) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   const auto found = store.chain("c").value();
-  EXPECT_FALSE(found.stop.samples || found.stop.iterations || found.stop.seconds);
+  EXPECT_FALSE(found.stop.samples || found.stop.iterations || found.stop.seconds || found.stop.ess);
   EXPECT_FALSE(found.counters.first_sample_iteration || found.counters.first_sample_seconds);
+  EXPECT_FALSE(found.counters.effective_samples || found.counters.is_learning);
+  EXPECT_EQ(found.counters.odds.basis, OddsBasis::none);
   EXPECT_FALSE(store.chain("other"));
+}
+
+TEST_F(StoreChains, a_ladder_may_change_its_rungs) {
+  store.add_scenario(make_scenario("s"));
+  auto chain = make_chain("c", "s");
+  chain.counters.rungs = {{0, 1, 1}, {0.25, 2, 2}, {1, 0, 0}};
+  store.add_chains({chain, make_chain("d", "s")});
+  EXPECT_EQ(store.chain("c")->counters.rungs.size(), 3u);
+  auto progress = make_progress("c", "s", 1, 1);
+  progress.counters.rungs = {{0, 3, 1}, {1, 0, 0}};
+  store.commit(progress).get();
+  const auto rungs = store.chain("c")->counters.rungs;
+  ASSERT_EQ(rungs.size(), 2u);
+  EXPECT_EQ(rungs[0].proposed, 3u);
+  EXPECT_EQ(rungs[1].beta, 1);
+  EXPECT_TRUE(store.chain("d")->counters.rungs.empty());
 }
 
 TEST_F(StoreChains, kernels_that_are_gone_are_forgotten) {

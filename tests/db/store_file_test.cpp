@@ -232,6 +232,54 @@ TEST(StoreMigrations, each_script_runs_once_in_order) {
   EXPECT_EQ(number(directory.file(), "SELECT count(*) FROM a"), 1);
 }
 
+TEST(StoreMigrations, a_file_of_version_1_keeps_what_it_holds) {
+  TemporaryDirectory directory;
+  {
+    Connection connection(directory.file(), Connection::Access::create);
+    database::migrate(connection, database::migrations().first(1));
+    connection.execute(R"sql(
+      INSERT INTO scenario (row, id, world, world_version, title, document, created_at)
+        VALUES (1, 's', 'bowling', 3, 'Old', '{}', 5);
+      INSERT INTO stock (scenario, samples, unplayed) VALUES (1, 1, 1);
+      INSERT INTO chain (row, id, scenario, position, seed, method, ratios, settings, state, stop_samples,
+        iteration, accepted, samples, simulations, failed_simulations, simulated_seconds, run_seconds,
+        iterations_per_second, ended_by, error, created_at)
+        VALUES (1, 'c', 1, 2, 7, 'metropolis', 'exact', '', 'paused', 9, 11, 12, 13, 14, 15, 1.5, 2.5, 3.5,
+        '', '', 6);
+      INSERT INTO chain_kernel VALUES (1, 0, 'redraw', 3, 2);
+      INSERT INTO checkpoint VALUES (1, x'01');
+      INSERT INTO sample (row, scenario, chain, iteration, replica, weight, log_prior, log_constraint, duration,
+        measures, digest, created_at) VALUES (1, 1, 1, 10, 0, 4, -1, -2, 3, '{}', 'd', 7);
+      INSERT INTO sample_blob VALUES (1, x'02', x'03');)sql");
+  }
+  expect_refusal(directory.file(), "was written by an older Retake", true);
+  Store store(directory.file(), prompt());
+  EXPECT_EQ(number(directory.file(), "PRAGMA user_version"),
+            static_cast<std::int64_t>(database::migrations().size()));
+  EXPECT_TRUE(store.check().empty());
+  const auto chain = store.chain("c").value();
+  EXPECT_EQ(chain.index, 2u);
+  EXPECT_EQ(chain.stop.samples, 9u);
+  EXPECT_EQ(chain.counters.simulations, 14u);
+  EXPECT_EQ(chain.counters.iterations_per_second, 3.5);
+  EXPECT_EQ(chain.counters.kernels.at(0).proposed, 3u);
+  EXPECT_EQ(store.sample("c-10")->weight, 4u);
+  EXPECT_EQ(store.checkpoint("c"), "");
+
+  // What it did not know is empty, and can be filled.
+  EXPECT_FALSE(chain.stop.ess || chain.counters.effective_samples || chain.counters.is_learning);
+  EXPECT_EQ(chain.counters.skipped_seconds, 0);
+  EXPECT_EQ(chain.counters.odds.basis, OddsBasis::none);
+  EXPECT_TRUE(chain.counters.rungs.empty());
+  EXPECT_EQ(store.scenarios_without_pilot(), (std::vector<std::string>{"s"}));
+  auto progress = make_progress("c", "s", 20, 20);
+  progress.counters.odds = {OddsBasis::rejection, 20, 2, 2, 2, 1};
+  progress.counters.rungs = {{0.5, 1, 1}};
+  EXPECT_EQ(store.commit(progress).get(), 2u);
+  EXPECT_EQ(store.scenario("s")->odds.hits, 2u);
+  EXPECT_EQ(store.chain("c")->counters.rungs.size(), 1u);
+}
+
 TEST(StoreMigrations, a_script_that_fails_leaves_the_file_as_it_was) {
   TemporaryDirectory directory;
   Connection connection(directory.file(), Connection::Access::create);

@@ -204,6 +204,20 @@ TEST_F(StoreDraws, draws_begin_after_an_iteration) {
   EXPECT_TRUE(store.draws("c", 0).empty());
 }
 
+TEST_F(StoreDraws, samples_of_weight_0_are_passed_over) {
+  add_weighted(store, {0, 0, 2, 0, 1, 0, 3, 0});
+  EXPECT_EQ(iterations_of(store.draws("c", 100)), (std::vector<std::uint64_t>{30, 30, 50, 70, 70, 70}));
+  for (std::size_t most = 1; most < 6; ++most)
+    for (const auto iteration : iterations_of(store.draws("c", most)))
+      EXPECT_TRUE(iteration == 30 || iteration == 50 || iteration == 70) << iteration << " of " << most;
+  EXPECT_TRUE(store.draws("c", 100, 70).empty());
+}
+
+TEST_F(StoreDraws, a_chain_that_only_learned_has_no_draws) {
+  add_weighted(store, {0, 0, 0});
+  EXPECT_TRUE(store.draws("c", 100).empty());
+}
+
 TEST_F(StoreDraws, draws_are_evenly_spaced_over_many_samples) {
   std::vector<std::uint64_t> weights;
   for (std::uint64_t index = 0; index < 500; ++index)

@@ -11,6 +11,15 @@ namespace {
 
 using namespace test;
 
+/// Farther than any ball gets.
+const json hopeless = wish_document(1000, 1e-6);
+
+/// A scenario as it is without what its pilot finds, which may arrive at any time.
+json without_pilot(json scenario) {
+  EXPECT_EQ(scenario.erase("difficulty"), 1);
+  return scenario;
+}
+
 using ApiScenarios = DaemonTest;
 using ApiChains = DaemonTest;
 
@@ -29,6 +38,7 @@ TEST_F(ApiScenarios, Worlds_are_listed_and_found_by_name) {
   ASSERT_FALSE(all.json()["worlds"].empty());
   for (const json& world : elements(all.json()["worlds"])) {
     EXPECT_EQ(differences(world, "World"), "");
+    EXPECT_EQ(world["methods"], json::parse(R"(["rejection","metropolis","conditional","tempering"])"));
     const Answer one = daemon.get("/v1/worlds/" + world["name"].get<std::string>());
     EXPECT_EQ(one.status, 200);
     EXPECT_EQ(one.json(), world);
@@ -55,7 +65,31 @@ TEST_F(ApiScenarios, A_posted_scenario_is_created_with_every_default_filled_in) 
   for (const auto& [name, field] : properties.items())
     EXPECT_EQ(scenario["model"][name], field["default"]) << name;
   EXPECT_EQ(scenario["model"].size(), properties.size());
-  EXPECT_EQ(daemon.get(created.header("location")).json(), scenario);
+  EXPECT_EQ(scenario["odds"], nullptr);
+  EXPECT_EQ(scenario["difficulty"], nullptr);
+  EXPECT_EQ(without_pilot(daemon.get(created.header("location")).json()), without_pilot(scenario));
+}
+
+TEST_F(ApiScenarios, A_pilot_says_how_hard_a_new_wish_is) {
+  const std::string id = daemon.add_scenario(hopeless);
+  json scenario;
+  ASSERT_TRUE(wait_until([&] {
+    scenario = daemon.get("/v1/scenarios/" + id).json();
+    return !scenario["difficulty"].is_null();
+  }));
+  const json difficulty = scenario["difficulty"];
+  EXPECT_EQ(differences(difficulty, "Difficulty"), "");
+  EXPECT_GT(difficulty["seconds"], 0);
+  EXPECT_GT(difficulty["draws"], 0);
+  EXPECT_EQ(difficulty["hits"], 0);
+  EXPECT_EQ(difficulty["verdict"], "nothing-yet");
+  EXPECT_EQ(difficulty["one_in"], nullptr);
+  EXPECT_EQ(daemon.get("/v1/scenarios").json()["scenarios"][0]["difficulty"], difficulty);
+
+  // It is made once: the next daemon has the same.
+  EXPECT_EQ(daemon.terminate(), 0);
+  const Daemon next(folder.path());
+  EXPECT_EQ(next.get("/v1/scenarios/" + id).json()["difficulty"], difficulty);
 }
 
 TEST_F(ApiScenarios, The_same_document_again_is_the_same_scenario) {
@@ -144,6 +178,8 @@ TEST_F(ApiChains, Chains_are_started_with_seed_and_index_and_shown_alike_everywh
     EXPECT_EQ(chains[i]["seed"], 7);
     EXPECT_EQ(chains[i]["scenario"], scenario);
     EXPECT_EQ(chains[i]["method"], "rejection");
+    EXPECT_EQ(chains[i]["phase"], "sampling");
+    EXPECT_EQ(chains[i]["stop"], json({{"samples", 4}}));
     EXPECT_EQ(chains[i]["ratios"], "exact");
     ids.insert(chains[i]["id"].get<std::string>());
   }
@@ -152,6 +188,7 @@ TEST_F(ApiChains, Chains_are_started_with_seed_and_index_and_shown_alike_everywh
     const json ended = daemon.wait_for_end(id);
     EXPECT_EQ(differences(ended, "Chain") + differences(ended, "FinishedChain"), "");
     EXPECT_EQ(ended["samples"], 4);
+    EXPECT_EQ(ended["effective_samples"], 4);
     EXPECT_LE(ended["accepted"], ended["iteration"]);
   }
   const json listed = daemon.get("/v1/scenarios/" + scenario + "/chains").json()["chains"];
@@ -193,6 +230,34 @@ TEST_F(ApiChains, Each_stop_rule_ends_a_chain_and_says_so) {
       daemon.add_chains(wish, json::parse(R"({"stop":{"samples":3,"seconds":100}})")).at(0));
   EXPECT_EQ(by_samples["ended_by"], "samples");
   EXPECT_EQ(by_samples["samples"], 3);
+  const auto by_ess = daemon.wait_for_end(
+      daemon.add_chains(wish, json::parse(R"({"stop":{"ess":100},"seed":3,"method":"rejection"})")).at(0));
+  EXPECT_EQ(by_ess["ended_by"], "ess");
+  EXPECT_EQ(by_ess["stop"], json({{"ess", 100}}));
+  EXPECT_EQ(by_ess["samples"], 109) << "8 and then a quarter more each time";
+  EXPECT_EQ(by_ess["effective_samples"], 109);
+}
+
+TEST_F(ApiChains, A_walk_ends_once_its_worst_quantity_has_effective_samples_enough) {
+  const std::string wish = daemon.add_scenario(wish_document(1, 0.1));
+  const auto ended = daemon.wait_for_end(
+      daemon.add_chains(wish, json::parse(R"({"stop":{"ess":30},"seed":3,"method":"metropolis"})")).at(0));
+  EXPECT_EQ(ended["ended_by"], "ess");
+  EXPECT_GE(ended["effective_samples"], 30);
+  EXPECT_GT(ended["samples"], 30) << "a walk's samples resemble each other";
+  const json diagnostics = daemon.get("/v1/scenarios/" + wish + "/diagnostics").json();
+  EXPECT_EQ(differences(diagnostics["effective"], "Effective"), "");
+}
+
+TEST_F(ApiChains, Every_method_that_a_world_names_can_be_started) {
+  const std::string wish = daemon.add_scenario(wish_document(1, 0.1));
+  for (const json& method : daemon.get("/v1/worlds/ball2d").json()["methods"]) {
+    const auto chain = daemon.add_chains(wish, {{"method", method}, {"stop", {{"iterations", 50}}}}).at(0);
+    const json ended = daemon.wait_for_end(chain);
+    EXPECT_EQ(ended["method"], method);
+    EXPECT_EQ(ended["ended_by"], "iterations") << ended;
+    EXPECT_EQ(differences(ended, "Chain"), "");
+  }
 }
 
 TEST_F(ApiChains, Pause_resume_and_stop_do_what_they_say_any_number_of_times) {
@@ -257,7 +322,12 @@ TEST_F(ApiChains, A_trace_has_arrays_of_one_length_and_as_many_points_as_asked_f
 
 TEST_F(ApiChains, Diagnostics_cover_every_variable_and_measure) {
   const std::string scenario = daemon.add_scenario(prior_document());
-  EXPECT_EQ(daemon.get("/v1/scenarios/" + scenario + "/diagnostics").json()["quantities"].size(), 0);
+  const json empty = daemon.get("/v1/scenarios/" + scenario + "/diagnostics").json();
+  EXPECT_EQ(differences(empty, "Diagnostics"), "");
+  EXPECT_EQ(empty["quantities"].size(), 0);
+  for (const char* unknown : {"effective", "odds", "first_sample", "eta_seconds"})
+    EXPECT_EQ(empty[unknown], nullptr) << unknown;
+  EXPECT_EQ(empty["saved"]["share"], nullptr);
   for (const std::string& id :
        daemon.add_chains(scenario, json::parse(R"({"count":2,"seed":1,"stop":{"samples":400}})")))
     daemon.wait_for_end(id);
@@ -269,6 +339,29 @@ TEST_F(ApiChains, Diagnostics_cover_every_variable_and_measure) {
   EXPECT_EQ(names, (std::set<std::string>{"tilt_1", "tilt_2", "tilt_3", "tilt_4", "tilt_5", "x"}));
   for (const json& quantity : diagnostics["quantities"])  // independent draws: R-hat is near 1
     EXPECT_NEAR(quantity["rhat"].get<double>(), 1, 0.05) << quantity["name"];
+  EXPECT_EQ(differences(diagnostics["effective"], "Effective"), "");
+  EXPECT_LE(diagnostics["effective"]["samples"], 800);
+  EXPECT_GT(diagnostics["effective"]["samples"], 200);
+  EXPECT_TRUE(names.contains(diagnostics["effective"]["quantity"]));
+  EXPECT_EQ(differences(diagnostics["first_sample"], json({{"seconds", "number"}})), "");
+  EXPECT_EQ(diagnostics["eta_seconds"], nullptr);
+  EXPECT_EQ(diagnostics["chains"], 2);
+  EXPECT_EQ(diagnostics["draws_per_chain"], 400);
+  EXPECT_EQ(diagnostics["saved"]["iterations"], 800);
+}
+
+TEST_F(ApiChains, Diagnostics_of_a_wish_that_is_not_found_yet_tell_how_long_it_may_take) {
+  const std::string scenario = daemon.add_scenario(hopeless);
+  daemon.add_chains(scenario, json::object());
+  json diagnostics;
+  ASSERT_TRUE(wait_until([&] {
+    diagnostics = daemon.get("/v1/scenarios/" + scenario + "/diagnostics").json();
+    return !diagnostics["eta_seconds"].is_null();
+  }));
+  EXPECT_EQ(differences(diagnostics, "Diagnostics"), "");
+  EXPECT_GT(diagnostics["eta_seconds"], 0);
+  EXPECT_EQ(diagnostics["first_sample"], nullptr);
+  EXPECT_EQ(diagnostics["effective"], nullptr);
 }
 
 }  // namespace

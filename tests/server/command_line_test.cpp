@@ -72,6 +72,8 @@ TEST_F(CommandLine, What_is_used_wrongly_ends_with_2) {
                                                            {"serve", "--refill", "0"},
                                                            {"sample"},
                                                            {"sample", "a.json", "--count", "0"},
+                                                           {"sample", "a.json", "--ess", "0"},
+                                                           {"sample", "a.json", "--ess", "1001"},
                                                            {"sample", "a.json", "--seed", "-1"},
                                                            {"sample", "a.json", "--seed", "x"},
                                                            {"sample", "a.json", "--iterations", "-5"},

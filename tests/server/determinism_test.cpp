@@ -180,5 +180,52 @@ TEST_P(Determinism, The_command_line_finds_the_same_samples_as_the_daemon) {
   }
 }
 
+TEST(DeterminismOfEss, Restarts_pauses_and_the_command_line_end_a_walk_at_the_same_sample) {
+  const json wish = wish_document(1, 0.05);
+  const json request = json::parse(R"({"seed":21,"method":"metropolis","stop":{"ess":60}})");
+  TemporaryFolder folder;
+  std::string scenario, chain;
+  json ended;
+  std::mt19937 random(4);
+  for (int kill = 0; kill < 12; ++kill) {
+    Daemon daemon(folder.path());
+    if (kill == 0) {
+      scenario = daemon.add_scenario(wish);
+      chain = daemon.add_chains(scenario, request).at(0);
+    }
+    daemon.post("/v1/chains/" + chain + "/pause");
+    daemon.post("/v1/chains/" + chain + "/resume");
+    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 60));
+    daemon.kill();
+  }
+  const Daemon daemon(folder.path());
+  ended = daemon.wait_for_end(chain);
+  ASSERT_EQ(ended["ended_by"], "ess");
+  const Found disturbed = found_by(daemon, scenario, chain);
+  const std::string again = daemon.add_chains(scenario, request).at(0);
+  EXPECT_EQ(daemon.wait_for_end(again)["effective_samples"], ended["effective_samples"]);
+  EXPECT_EQ(found_by(daemon, scenario, again), disturbed);
+
+  write_text(folder / "scenario.json", wish.dump());
+  const Ended command =
+      run_program(folder.path(), {.arguments = {"sample", "scenario.json", "--json", "--seed", "21", "--ess",
+                                                "60", "--method", "metropolis"}});
+  ASSERT_EQ(command.exit_code, 0) << command.err;
+  std::map<std::uint64_t, std::string> of_daemon, of_command;
+  for (const auto& [iteration, rest] : disturbed)
+    of_daemon[iteration] = rest.second;
+  std::istringstream lines(command.out);
+  for (std::string line; std::getline(lines, line);) {
+    const json each = json::parse(line);
+    if (each.contains("digest")) of_command[each["iteration"].get<std::uint64_t>()] = each["digest"];
+    if (each.contains("ended_by")) {
+      EXPECT_EQ(each["ended_by"], "ess");
+      EXPECT_EQ(each["chain"]["effective_samples"], ended["effective_samples"]);
+    }
+  }
+  EXPECT_EQ(of_command, of_daemon);
+  EXPECT_GT(of_command.size(), 60);
+}
+
 }  // namespace
 }  // namespace retake

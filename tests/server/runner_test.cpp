@@ -149,7 +149,7 @@ TEST_F(ThreadsRunner, Clients_that_pause_resume_and_stop_at_once_leave_every_cha
 
 TEST_F(ThreadsRunner, Disturbed_by_every_client_a_chain_finds_what_it_finds_alone) {
   const auto parts = open();
-  const StopRule stop{.samples = {}, .iterations = 400'000, .seconds = {}};
+  const StopRule stop{.iterations = 400'000};
   const std::string scenario = add_scenario(*parts, wish_document(1, 0.003));
   auto records = chains(scenario, 2, stop, "metropolis");
   records[1].index = 0;  // the same chain twice, the second one left alone
@@ -177,6 +177,43 @@ TEST_F(ThreadsRunner, Disturbed_by_every_client_a_chain_finds_what_it_finds_alon
     std::sort(list.begin(), list.end());
   EXPECT_GT(found[0].size(), 100);
   EXPECT_EQ(found[0], found[1]);
+}
+
+TEST_F(ThreadsRunner, Disturbed_and_restarted_a_chain_ends_at_the_effective_samples_at_which_it_ends_alone) {
+  const StopRule stop{.ess = 20};
+  std::vector<ChainRecord> records;
+  std::string scenario;
+  {
+    const auto parts = open();
+    scenario = add_scenario(*parts, wish_document(1, 0.02));
+    records = chains(scenario, 2, stop, "metropolis");
+    records[1].index = 0;  // the same chain twice, the second one left alone
+    parts->runner.add({records[0]});
+    parts->runner.drain();
+  }
+  for (int start = 0; start < 8; ++start) {
+    const auto parts = open();
+    parts->runner.resume_stored();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5 * start));
+    try {
+      parts->runner.pause(records[0].id);
+      parts->runner.resume(records[0].id);
+    } catch (const Runner::WrongState&) {  // it has finished
+    }
+  }
+  const auto parts = open();
+  parts->runner.resume_stored();
+  parts->runner.add({records[1]});
+  for (const ChainRecord& each : records) {
+    ASSERT_TRUE(wait_until([&] { return state(*parts, each.id) == ChainState::finished; }));
+    EXPECT_EQ(parts->runner.chain(each.id)->ended_by, "ess");
+    EXPECT_GE(parts->runner.chain(each.id)->counters.effective_samples, 20);
+  }
+  const auto end = [&](std::size_t i) { return parts->runner.chain(records[i].id)->counters; };
+  EXPECT_EQ(end(0).iteration, end(1).iteration);
+  EXPECT_EQ(end(0).samples, end(1).samples);
+  EXPECT_EQ(end(0).effective_samples, end(1).effective_samples);
+  EXPECT_GT(end(0).samples, 40);
 }
 
 TEST_F(ThreadsRunner, A_scenario_deleted_under_its_chains_takes_them_along) {
@@ -228,8 +265,7 @@ TEST_F(ThreadsRunner, Unknown_chains_are_nothing_and_ended_ones_refuse) {
   EXPECT_FALSE(parts->runner.pause("nosuch"));
   EXPECT_FALSE(parts->runner.resume("nosuch"));
   EXPECT_FALSE(parts->runner.stop("nosuch"));
-  const auto records =
-      chains(add_scenario(*parts, prior_document()), 1, {.samples = 1, .iterations = {}, .seconds = {}});
+  const auto records = chains(add_scenario(*parts, prior_document()), 1, {.samples = 1});
   parts->runner.add(records);
   ASSERT_TRUE(wait_until([&] { return state(*parts, records[0].id) == ChainState::finished; }));
   EXPECT_THROW(parts->runner.pause(records[0].id), Runner::WrongState);
