@@ -3,14 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "sampler/kernel.h"
+#include "sampler/learned.h"
 #include "sampler/model.h"
 #include "sampler/odds.h"
 #include "sampler/simulator.h"
@@ -33,6 +34,21 @@ struct Target {
   std::shared_ptr<const Model> model;
   KernelTable kernels;
   std::vector<std::string> measure_names;
+  /// The least log_constraint of a satisfied animation, minus infinity if unknown. 0: log_constraint is
+  /// constant where the constraint is satisfied, so a satisfied State of any beta is a draw of p(A |
+  /// satisfied).
+  double least_satisfied = -std::numeric_limits<double>::infinity();
+  /// What a redraw learns from hits; empty: every Variable that is always present.
+  std::vector<Coordinate> learned{};
+};
+
+/// When a conditional chain stops learning: at so many hits, if the prior alone would have found some of them
+/// (others come from where some were found before), or after so many draws if there is anything to learn
+/// from.
+struct LearningLimits {
+  std::uint64_t hits = 200;
+  double plain_hits = 20;
+  std::uint64_t draws = 2'000'000;
 };
 
 struct ChainSettings {
@@ -41,6 +57,7 @@ struct ChainSettings {
   Method method = Method::metropolis;
   /// Off: every candidate is simulated to its end. The chain is the same bit for bit; only slower.
   bool early_rejection = true;
+  LearningLimits learning{};
 };
 
 struct KernelCounter {
@@ -83,6 +100,8 @@ struct Stay {
   Score score;
 };
 
+class Walk;
+
 /// Contract: after the same number of steps two chains with equal target and settings are equal bit for bit,
 /// whatever threads, simulators, pauses or checkpoints lie between. (Of the counters, simulated_seconds and
 /// skipped_seconds tell what was really stepped: a chain that comes from a checkpoint has no Run to resume
@@ -99,37 +118,27 @@ class Chain {
   /// Throws: std::runtime_error if the prior never draws a State within its support.
   bool step(Simulator& simulator);
 
-  /// Where each walker stands: the replicas of a ladder, the one walker of every other method.
-  std::span<const Stay> stays() const { return {&stay_, 1}; }
+  /// How many walkers there are: the replicas of a ladder, one with every other method. It may change.
+  std::size_t walkers() const;
   /// The walker that took the last step.
-  std::size_t walker() const { return 0; }
-  const Stay& stay() const { return stays()[walker()]; }
-  const ChainCounts& counts() const { return counts_; }
-  const ChainSettings& settings() const { return settings_; }
+  std::size_t walker() const;
+  const Stay& stay(std::size_t walker) const;
+  const Stay& stay() const { return stay(walker()); }
+  const ChainCounts& counts() const { return *counts_; }
+  const ChainSettings& settings() const { return *settings_; }
   const Target& target() const { return *target_; }
   /// What ChainCounts::kernels counts.
   std::vector<std::string> kernel_names() const;
   std::string checkpoint() const;
+  ~Chain();
+  Chain(Chain&&) noexcept;
+  Chain& operator=(Chain&&) noexcept;
 
  private:
-  bool step_metropolis(Simulator& simulator);
-  bool step_rejection(Simulator& simulator);
-  void start(Simulator& simulator);
-  bool simulate_candidate(Simulator& simulator, double needed);
-  void move_to_candidate();
-  RandomStream random(Purpose purpose) const;
-
   std::shared_ptr<const Target> target_;
-  ChainSettings settings_;
-  ChainCounts counts_;
-  Stay stay_;
-  std::unique_ptr<Run> stay_run_;
-  // The candidate of the iteration under way; kept to reuse its memory.
-  State candidate_;
-  double candidate_log_prior_ = 0;
-  Score candidate_score_;
-  std::unique_ptr<Run> candidate_run_;
-  bool resumes_ = true;  ///< until the simulator has no Run to offer
+  std::unique_ptr<const ChainSettings> settings_;
+  std::unique_ptr<ChainCounts> counts_;
+  std::unique_ptr<Walk> walk_;
 };
 
 }  // namespace retake

@@ -142,6 +142,60 @@ double Toggle::propose(const Model& model, const State& current, State& candidat
   return turn_on ? log_governed : -log_governed;  // as printed in B.2
 }
 
+// --- LocalMove --------------------------------------------------------------------------------
+
+LocalMove::LocalMove(const Model& model, std::vector<std::size_t> block) : block_(std::move(block)) {
+  CHECK(!block_.empty());
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    const bool is_switch = model.variables()[i].prior.kind() == Distribution::Kind::on_off;
+    const bool in_block = std::find(block_.begin(), block_.end(), i) != block_.end();
+    CHECK(!(is_switch && in_block), i);
+    if (!is_switch && !in_block) rest_.push_back(i);
+  }
+}
+
+double LocalMove::propose(const Model& model, const State& current, State& candidate,
+                          RandomStream& random) const {
+  const double scale = std::pow(10.0, -2 * random.uniform());
+  double log_hastings = 0;
+  const auto move = [&](std::size_t variable) {
+    if (!model.is_present(current, variable)) return;
+    const Distribution& prior = model.variables()[variable].prior;
+    const double value = at(current, variable);
+    if (prior.kind() == Distribution::Kind::uniform) {
+      at(candidate, variable) =
+          prior.wrap(value + scale * (random.uniform() - 0.5) * (prior.high() - prior.low()));
+      return;
+    }
+    const double z = (value - prior.mean()) / prior.standard_deviation();
+    const double moved = std::sqrt(1 - scale * scale) * z + scale * random.gaussian();
+    at(candidate, variable) = prior.mean() + prior.standard_deviation() * moved;
+    log_hastings += prior.log_density(value) - prior.log_density(at(candidate, variable));
+  };
+  const auto move_part = [&](const std::vector<std::size_t>& variables) {
+    const bool all = random.bernoulli(0.5);
+    for (const std::size_t variable : variables)
+      if (all || random.bernoulli(0.4)) move(variable);
+  };
+  const double u = random.uniform();
+  if (u < 0.2) {
+    move(block_[random.index(block_.size())]);
+  } else if (u < 0.7 || rest_.empty()) {
+    move_part(block_);
+    if (random.bernoulli(0.3)) move_part(rest_);
+  } else if (u < 0.9) {
+    if (random.bernoulli(0.5))
+      move(rest_[random.index(rest_.size())]);
+    else
+      move_part(rest_);
+  } else {
+    for (const auto* part : {&block_, &rest_})
+      for (const std::size_t variable : *part)
+        move(variable);
+  }
+  return log_hastings;
+}
+
 // --- KernelTable ------------------------------------------------------------------------------
 
 KernelTable::KernelTable(std::vector<WeightedKernel> rows) : rows_(std::move(rows)) {

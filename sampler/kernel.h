@@ -82,6 +82,22 @@ class Toggle final : public Kernel {
   Ratios ratios_;
 };
 
+/// A step of mixed scales that leaves the prior as it is, so that acceptance depends on p_c alone. With a
+/// scale s = 10^(-2u), u uniform, a Gaussian Variable with z = (value - mean) / sd moves to sqrt(1 - s^2) z +
+/// s n, and a uniform one by s (u - 1/2) of its width, wrapped. It moves one Variable of a block, or a part
+/// of the block and perhaps of the rest, or a part of the rest, or everything. Switches stay as they are.
+class LocalMove final : public Kernel {
+ public:
+  /// `block`: the Variables that matter most. Requires: it is not empty; no Switch is in it.
+  LocalMove(const Model& model, std::vector<std::size_t> block);
+  double propose(const Model& model, const State& current, State& candidate,
+                 RandomStream& random) const override;
+
+ private:
+  std::vector<std::size_t> block_;
+  std::vector<std::size_t> rest_;
+};
+
 /// One row of a world's table of proposals.
 struct WeightedKernel {
   std::string name;

@@ -45,6 +45,10 @@ class Model {
     const auto& governor = variables_[variable].switch_index;
     return !governor || state[static_cast<Eigen::Index>(*governor)] == 1;
   }
+  /// What no single prior can refuse; log_prior is minus infinity where it is false.
+  bool in_support(const State& state) const { return !in_support_ || in_support_(state); }
+  /// True if there are draws of the prior outside its support.
+  bool restricts_support() const { return static_cast<bool>(in_support_); }
   /// The Variables that a Switch governs.
   const std::vector<std::size_t>& governed_by(std::size_t switch_index) const {
     return governed_[switch_index];

@@ -12,7 +12,7 @@
 namespace retake {
 
 /// What a draw is for. The numbers are part of the determinism contract: never renumber.
-enum class Purpose : std::uint16_t { initial = 0, proposal = 1, acceptance = 2 };
+enum class Purpose : std::uint16_t { initial = 0, proposal = 1, acceptance = 2, swap = 3, learning = 4 };
 
 /// Where in the whole computation a stream of draws belongs.
 struct RandomAddress {

@@ -47,9 +47,9 @@ ChainRun::ChainRun(std::shared_ptr<const Scenario> scenario, ChainRecord record,
       record_(std::move(record)),
       chain_(make_chain(*scenario_, record_, checkpoint)),
       trace_(scenario_->measures().size(), trace_blocks) {
-  standings_.resize(chain_.stays().size());
+  standings_.resize(chain_.walkers());
   for (std::size_t walker = 0; walker < standings_.size(); ++walker) {
-    const Stay& stay = chain_.stays()[walker];
+    const Stay& stay = chain_.stay(walker);
     if (!stay.is_sample) continue;
     if (stay.weight > 0)
       standings_[walker] = {
@@ -119,11 +119,11 @@ void ChainRun::judge(std::optional<double> effective_samples) {
 void ChainRun::step(Scenario::Performer& performer) {
   // A move overwrites the weight of the stay that it ends, and which walker moves is not known before.
   for (std::size_t walker = 0; walker < standings_.size(); ++walker)
-    standings_[walker].weight = chain_.stays()[walker].weight;
+    standings_[walker].weight = chain_.stay(walker).weight;
   const bool moved = chain_.step(performer);
 
   // Walkers that are gone have left their samples.
-  const std::size_t walkers = chain_.stays().size();
+  const std::size_t walkers = chain_.walkers();
   for (std::size_t walker = walkers; walker < standings_.size(); ++walker)
     close_stay(standings_[walker], standings_[walker].weight);
   standings_.resize(walkers);
@@ -210,7 +210,7 @@ ChainProgress ChainRun::take_progress() {
   for (std::size_t walker = 0; walker < standings_.size(); ++walker) {
     Standing& standing = standings_[walker];
     if (standing.place == Standing::Place::on_no_sample) continue;
-    const std::uint64_t weight = chain_.stays()[walker].weight;
+    const std::uint64_t weight = chain_.stay(walker).weight;
     close_stay(standing, weight);
     standing.place = Standing::Place::on_handed_over;
     standing.told = weight;

@@ -135,13 +135,16 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
                          {"constraints", std::move(filled)}};
   Target target{.model = scenario->scene_->model(),
                 .kernels = scenario->scene_->kernels(Ratios::exact),
-                .measure_names = {}};
+                .measure_names = {},
+                .least_satisfied = 0,
+                .learned = scenario->scene_->learned()};
   add_measures(scenario->measures_, scenario->scene_->measures());
   for (const auto& term : scenario->terms_) {
     const std::vector<Measure> measures_of_term = term->measures();
     scenario->term_measure_counts_.push_back(measures_of_term.size());
     add_measures(scenario->measures_, measures_of_term);
     scenario->terms_read_frames_ |= term->reads_frames();
+    target.least_satisfied += term->least_when_satisfied();
   }
   for (const Measure& measure : scenario->measures_)
     target.measure_names.push_back(measure.name);

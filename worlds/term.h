@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -33,6 +34,9 @@ class Term {
   virtual bool reads_frames() const { return false; }
   /// Scores a finished animation and writes its measures into `values`, one for each of measures().
   virtual TermScore score(const Animation& animation, std::span<double> values) const = 0;
+  /// The least log density of a satisfied animation; 0 for a term that is constant where it is satisfied,
+  /// minus infinity if unknown: nothing can then be stopped early for want of satisfaction alone.
+  virtual double least_when_satisfied() const { return -std::numeric_limits<double>::infinity(); }
   /// An upper bound of the log density of every way in which an unfinished animation may go on.
   virtual double upper_bound(const Animation& so_far) const {
     (void)so_far;

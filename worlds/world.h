@@ -49,6 +49,9 @@ class Scene {
   virtual ~Scene() = default;
   virtual std::shared_ptr<const Model> model() const = 0;
   virtual KernelTable kernels(Ratios ratios) const = 0;
+  /// The few Variables on which it depends whether a wish comes true, for chains that learn; see
+  /// Target::learned.
+  virtual std::vector<Coordinate> learned() const { return {}; }
   /// What Physics::simulate measures.
   virtual std::vector<Measure> measures() const { return {}; }
   virtual std::unique_ptr<Physics> make_physics() const = 0;
@@ -71,6 +74,12 @@ class World {
   virtual int version() const = 0;
   virtual std::string_view summary() const = 0;
   virtual Method default_method() const = 0;
+  /// What its physics saves when a chain lets it: see SimulationRequest.
+  struct Savings {
+    bool stops_early = false;  ///< once `needed` is out of reach
+    bool resumes = false;      ///< from the Run of the current State
+  };
+  virtual Savings savings() const { return {}; }
   virtual const ParameterTable& model_parameters() const = 0;
   virtual const std::vector<TermKind>& term_kinds() const = 0;
   /// Scenario documents that show the world; an empty store starts with them.

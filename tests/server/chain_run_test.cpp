@@ -103,8 +103,8 @@ TEST_P(ChainRunWeights, AreThoseOfTheChainItselfWhateverTheSlicesAndRestarts) {
   for (std::uint64_t i = 0; i < kIterations; ++i) {
     if (chain.step(*performer) && chain.stay().is_sample)
       expected.emplace(Place(chain.stay().iteration, chain.walker()), 0);
-    for (std::size_t walker = 0; walker < chain.stays().size(); ++walker) {
-      const Stay& stay = chain.stays()[walker];
+    for (std::size_t walker = 0; walker < chain.walkers(); ++walker) {
+      const Stay& stay = chain.stay(walker);
       if (const auto found = expected.find(Place(stay.iteration, walker)); found != expected.end())
         found->second = stay.weight;
     }

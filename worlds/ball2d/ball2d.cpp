@@ -90,6 +90,10 @@ class RestPosition final : public Term {
     const double z = miss / sd_;
     return {.log_density = -0.5 * z * z, .satisfied = std::abs(miss) <= tolerance_};
   }
+  double least_when_satisfied() const override {
+    const double z = tolerance_ / sd_;
+    return -0.5 * z * z;
+  }
   std::vector<Body> markers() const override {
     return {Body{.name = "target",
                  .shape = Box{{tolerance_, 0.002, 0.6}},

@@ -1,6 +1,7 @@
 // See bowling.h. The tables here are meant to be read beside section 5.2 and appendix A.1 of the paper.
 #include "worlds/bowling/bowling.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "worlds/bowling/lane.h"
@@ -83,6 +84,8 @@ class BowlingScene final : public Scene {
  public:
   explicit BowlingScene(const Parameters& parameters) {
     deck_.rack = parameters.integer_set("rack");
+    for (const int pin : deck_.rack)
+      front_ = std::min(front_, pin_spot(pin).x());
     releases_ = std::make_shared<const ReleaseModel>(
         parameters.choice("release") == "modern" ? ReleaseStyle::modern : ReleaseStyle::paper, deck_.rack);
     const double friction = parameters.number("lane_friction");
@@ -98,12 +101,14 @@ class BowlingScene final : public Scene {
 
   std::shared_ptr<const Model> model() const override { return releases_->model(); }
   KernelTable kernels(Ratios ratios) const override { return releases_->kernels(ratios); }
+  std::vector<Coordinate> learned() const override { return releases_->learned(friction_, front_); }
   std::vector<Measure> measures() const override { return throw_measures(); }
   std::unique_ptr<Physics> make_physics() const override { return make_throws(releases_, friction_, deck_); }
 
  private:
   DeckSettings deck_;
   LaneFriction friction_{};
+  double front_ = kDeckEnd;  ///< [m], x of the front-most pin
   std::shared_ptr<const ReleaseModel> releases_;
 };
 
@@ -121,7 +126,8 @@ class BowlingWorld final : public World {
   std::string_view summary() const override {
     return "Ten-pin bowling: say which pins are set and which shall fall";
   }
-  Method default_method() const override { return Method::rejection; }
+  Method default_method() const override { return Method::conditional; }
+  Savings savings() const override { return {.stops_early = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }
   const std::vector<TermKind>& term_kinds() const override {
     static const std::vector<TermKind> kinds = {pins_term()};

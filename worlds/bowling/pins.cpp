@@ -50,6 +50,8 @@ class Pins final : public Term {
     return {.log_density = log_density(missing), .satisfied = missing == 0};
   }
 
+  double least_when_satisfied() const override { return 0; }
+
   /// A pin that has fallen never stands again.
   double upper_bound(const Animation& so_far) const override {
     int missing = 0;

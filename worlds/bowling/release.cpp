@@ -116,7 +116,36 @@ KernelTable ReleaseModel::kernels(Ratios ratios) const {
   return KernelTable(std::move(rows));
 }
 
+std::vector<Coordinate> ReleaseModel::learned(const LaneFriction& friction, double x) const {
+  std::vector<Coordinate> coordinates;
+  for (std::size_t i = 0; i < ball_variables(style_); ++i)
+    if (i != kPlace) coordinates.push_back({.variable = i});
+  // The lane is the same everywhere across, so a ball ends as far to the side as it starts to the side.
+  const auto drift = [model = *this, friction, x](const State& state) {
+    if (!model.model_->in_support(state)) return 0.0;
+    State centred = state;
+    centred[static_cast<Eigen::Index>(kPlace)] = 0;
+    const Release release = model.read_ball(centred);
+    const Roll roll(release.ball, release.motion, friction);
+    const double end = std::min(roll.time_at(x), roll.gutter_time());
+    const Motion motion = roll.at(end);
+    // In the gutter already: as it would have gone on.
+    return motion.position.z() +
+           motion.linear_velocity.z() / motion.linear_velocity.x() * (x - motion.position.x());
+  };
+  coordinates.push_back({.variable = kPlace, .shift = drift});
+  return coordinates;
+}
+
 Release ReleaseModel::read(const State& state) const {
+  Release release = read_ball(state);
+  const std::size_t first = ball_variables(style_);
+  for (std::size_t i = 0; i < pins_; ++i)
+    release.offsets.emplace_back(at(state, first + 2 * i), 0, at(state, first + 2 * i + 1));
+  return release;
+}
+
+Release ReleaseModel::read_ball(const State& state) const {
   Release release;
   const double r = at(state, kRadius);
   release.ball = {.radius = r, .mass = at(state, kDensity) * 4 / 3 * std::numbers::pi * r * r * r};
@@ -134,9 +163,6 @@ Release ReleaseModel::read(const State& state) const {
     release.motion.angular_velocity = {-across * std::sin(turned), turns * std::sin(tilt),
                                        -across * std::cos(turned)};
   }
-  const std::size_t first = ball_variables(style_);
-  for (std::size_t i = 0; i < pins_; ++i)
-    release.offsets.emplace_back(at(state, first + 2 * i), 0, at(state, first + 2 * i + 1));
   return release;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sampler/kernel.h"
+#include "sampler/learned.h"
 #include "sampler/model.h"
 #include "worlds/bowling/roll.h"
 
@@ -31,10 +32,14 @@ class ReleaseModel {
 
   std::shared_ptr<const Model> model() const { return model_; }
   KernelTable kernels(Ratios ratios) const;
+  /// The ball's variables, its place last and as the place where it would cross `x` [m]: that is what a wish
+  /// depends on most.
+  std::vector<Coordinate> learned(const LaneFriction& friction, double x) const;
   /// Requires: a State within the model's support.
   Release read(const State& state) const;
 
  private:
+  Release read_ball(const State& state) const;
   ReleaseStyle style_;
   std::size_t pins_;
   std::shared_ptr<const Model> model_;

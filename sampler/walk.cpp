@@ -1,0 +1,233 @@
+// See walk.h.
+#include "sampler/walk.h"
+
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include "sampler/check.h"
+#include "sampler/conditional.h"
+#include "sampler/simple_walks.h"
+#include "sampler/tempering.h"
+
+namespace retake {
+namespace {
+
+constexpr int kMostInitialDraws = 1'000'000;  // chosen: a support that is missed so often is a wrong model
+
+/// Equal bit for bit, so that absent Variables compare too.
+bool identical(const State& left, const State& right) {
+  return left.size() == right.size() &&
+         std::memcmp(left.data(), right.data(), static_cast<std::size_t>(left.size()) * sizeof(double)) == 0;
+}
+
+}  // namespace
+
+std::unique_ptr<Walk> Walk::make(const Target& target, const ChainSettings& settings, ChainCounts& counts) {
+  switch (settings.method) {
+    case Method::metropolis:
+      return std::make_unique<Metropolis>(target, settings, counts);
+    case Method::rejection:
+      return std::make_unique<Rejection>(target, settings, counts);
+    case Method::conditional:
+      return std::make_unique<Conditional>(target, settings, counts);
+    case Method::tempering:
+      return std::make_unique<Tempering>(target, settings, counts);
+  }
+  return nullptr;
+}
+
+std::vector<std::string> Walk::kernel_names(const Target& target, Method method) {
+  switch (method) {
+    case Method::metropolis: {
+      std::vector<std::string> names;
+      for (const WeightedKernel& row : target.kernels.rows())
+        names.push_back(row.name);
+      return names;
+    }
+    case Method::rejection:
+      return {"prior"};
+    case Method::conditional:
+      return Conditional::kernel_names();
+    case Method::tempering:
+      return Tempering::kernel_names();
+  }
+  return {};
+}
+
+Walk::Walk(const Target& target, const ChainSettings& settings, ChainCounts& counts)
+    : target_(target),
+      settings_(settings),
+      counts_(counts),
+      // Independent draws have nothing to resume from.
+      resumes_(settings.method != Method::rejection) {
+  walker_.stay.score.measures.assign(target_.measure_names.size(), kAbsent);
+  candidate_score_.measures = walker_.stay.score.measures;
+}
+
+void Walk::start(Simulator&) {
+  draw_first(walker_, 0);
+}
+
+RandomStream Walk::random(Purpose purpose, std::size_t replica) const {
+  return RandomStream({.seed = settings_.seed,
+                       .chain = settings_.index,
+                       .replica = static_cast<std::uint16_t>(replica),
+                       .purpose = purpose,
+                       .iteration = counts_.iteration});
+}
+
+void Walk::draw_first(Walker& walker, std::size_t replica) {
+  RandomStream draws({.seed = settings_.seed,
+                      .chain = settings_.index,
+                      .replica = static_cast<std::uint16_t>(replica),
+                      .purpose = Purpose::initial,
+                      .iteration = 0});
+  walker.stay.log_prior = kImpossible;
+  for (int tries = 0; walker.stay.log_prior == kImpossible; ++tries) {
+    if (tries == kMostInitialDraws)
+      throw std::runtime_error("no draw from the prior lies within its support");
+    target_.model->draw(draws, walker.stay.state);
+    walker.stay.log_prior = target_.model->log_prior(walker.stay.state);
+  }
+  walker.stay.score.measures.assign(target_.measure_names.size(), kAbsent);
+}
+
+void Walk::simulate_first(Simulator& simulator, Walker& walker) {
+  candidate_ = walker.stay.state;
+  candidate_log_prior_ = walker.stay.log_prior;
+  if (!simulate_candidate(simulator, nullptr, kImpossible)) {
+    candidate_score_.log_constraint = kImpossible;
+    candidate_score_.satisfied = false;
+  }
+  move_to_candidate(walker);
+  walker.stay.iteration = 0;
+  walker.stay.is_sample = false;
+}
+
+bool Walk::step_by(const Kernel& kernel, KernelCounter& counter, RandomStream& draws, double log_u,
+                   const Aim& aim, Simulator& simulator, Walker& walker) {
+  // Propose.
+  const Stay& stay = walker.stay;
+  candidate_ = stay.state;
+  const double log_hastings = kernel.propose(*target_.model, stay.state, candidate_, draws);
+  ++counter.proposed;
+  if (identical(candidate_, stay.state)) {
+    ++counter.accepted;
+    ++counts_.accepted;
+    return false;
+  }
+
+  // What the candidate's log_constraint has to exceed, strictly, to be accepted; u is drawn before
+  // simulating.
+  candidate_log_prior_ = target_.model->log_prior(candidate_);
+  double needed = std::numeric_limits<double>::infinity();
+  if (candidate_log_prior_ != kImpossible) {
+    const double log_missing = log_u - (candidate_log_prior_ - stay.log_prior) - log_hastings;
+    if (aim.beta > 0)
+      needed = stay.score.log_constraint + log_missing / aim.beta;
+    else if (log_missing < 0)
+      needed = kImpossible;
+    if (aim.conditional) needed = std::max(needed, needed_to_satisfy());
+  }
+  CHECK(!std::isnan(needed), candidate_log_prior_, log_hastings, stay.score.log_constraint);
+
+  // Simulate, unless the answer is known already: outside the support, or log_constraint <= 0 cannot reach
+  // it.
+  const bool hopeless = needed >= 0;
+  const bool simulate = settings_.early_rejection ? !hopeless : candidate_log_prior_ != kImpossible;
+  if (!simulate || !simulate_candidate(simulator, &walker, needed) ||
+      !(candidate_score_.log_constraint > needed) || (aim.conditional && !candidate_score_.satisfied))
+    return false;
+
+  // Accept.
+  ++counter.accepted;
+  ++counts_.accepted;
+  move_to_candidate(walker);
+  return true;
+}
+
+bool Walk::simulate_candidate(Simulator& simulator, const Walker* walker, double needed) {
+  if (!candidate_run_ && resumes_) {
+    candidate_run_ = simulator.make_run();
+    resumes_ = candidate_run_ != nullptr;
+  }
+  SimulationRequest request{.needed = settings_.early_rejection ? needed : kImpossible,
+                            .current_state = nullptr,
+                            .current_run = nullptr,
+                            .record = candidate_run_.get()};
+  if (walker && walker->run) {
+    request.current_state = &walker->stay.state;
+    request.current_run = walker->run.get();
+  }
+  const SimulationOutcome outcome = simulator.simulate(candidate_, request, candidate_score_);
+  ++counts_.simulations;
+  counts_.simulated_seconds += outcome.simulated_seconds;
+  counts_.skipped_seconds += outcome.skipped_seconds;
+  if (outcome.end == SimulationEnd::failed) ++counts_.failed_simulations;
+  if (outcome.end != SimulationEnd::complete) return false;
+  CHECK(candidate_score_.log_constraint <= 0, candidate_score_.log_constraint);
+  return true;
+}
+
+void Walk::move_to_candidate(Walker& walker) {
+  Stay& stay = walker.stay;
+  std::swap(stay.state, candidate_);
+  std::swap(stay.score, candidate_score_);
+  std::swap(walker.run, candidate_run_);
+  stay.log_prior = candidate_log_prior_;
+  stay.iteration = counts_.iteration;
+  stay.weight = 1;
+  stay.is_sample = stay.score.satisfied;
+  walker.was_simulated = true;
+}
+
+double Walk::needed_to_satisfy() const {
+  // A little below the least, so that rounding never discards a hit.
+  const double least = target_.least_satisfied;
+  return std::isfinite(least) ? least - 1e-9 * (1 + std::abs(least)) : kImpossible;
+}
+
+// --- Checkpoint -------------------------------------------------------------------------------
+// All draws are addressed by the iteration, so walkers are nearly all there is.
+
+void Walk::write(ByteWriter& out) const {
+  write_walker(out, walker_);
+}
+
+void Walk::read(ByteReader& in) {
+  read_walker(in, target_, walker_);
+}
+
+void write_walker(ByteWriter& out, const Walker& walker) {
+  const Stay& stay = walker.stay;
+  out.put(static_cast<std::uint8_t>(walker.was_simulated));
+  out.put(stay.iteration);
+  out.put(stay.weight);
+  out.put(static_cast<std::uint8_t>(stay.is_sample));
+  out.put(stay.log_prior);
+  out.put(stay.score.log_constraint);
+  out.put(static_cast<std::uint8_t>(stay.score.satisfied));
+  out.put_numbers(stay.state.data(), static_cast<std::size_t>(stay.state.size()));
+  out.put_numbers(stay.score.measures.data(), stay.score.measures.size());
+}
+
+void read_walker(ByteReader& in, const Target& target, Walker& walker) {
+  Stay& stay = walker.stay;
+  walker.was_simulated = in.get<std::uint8_t>() != 0;
+  stay.iteration = in.get<std::uint64_t>();
+  stay.weight = in.get<std::uint64_t>();
+  stay.is_sample = in.get<std::uint8_t>() != 0;
+  stay.log_prior = in.get<double>();
+  stay.score.log_constraint = in.get<double>();
+  stay.score.satisfied = in.get<std::uint8_t>() != 0;
+  in.get_numbers(stay.state);
+  in.get_numbers(stay.score.measures);
+  const auto variables = static_cast<std::size_t>(stay.state.size());
+  if ((variables != 0 && variables != target.model->size()) ||
+      stay.score.measures.size() != target.measure_names.size())
+    throw std::out_of_range("other variables or measures");
+}
+
+}  // namespace retake

@@ -1,0 +1,91 @@
+// Walk: what the methods of a chain have in common - walkers, candidates, and how both meet a simulator.
+// DESIGN section 3. Internal to the sampler: callers see Chain.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sampler/bytes.h"
+#include "sampler/chain.h"
+
+namespace retake {
+
+inline constexpr double kImpossible = -std::numeric_limits<double>::infinity();
+
+/// One that walks: where it stands, and the simulation of that State to resume from.
+struct Walker {
+  Stay stay;
+  std::unique_ptr<Run> run;
+  bool was_simulated = false;  ///< false: its first State has no score yet
+};
+
+class Walk {
+ public:
+  /// The method that the settings name. Requires: target, settings and counts outlive it.
+  static std::unique_ptr<Walk> make(const Target& target, const ChainSettings& settings, ChainCounts& counts);
+  static std::vector<std::string> kernel_names(const Target& target, Method method);
+  virtual ~Walk() = default;
+
+  /// Before the first iteration. Throws: std::runtime_error if the prior never draws a State within its
+  /// support.
+  virtual void start(Simulator& simulator);
+  /// Iteration `counts.iteration`. True if the walker moved to a new State, or became a sample where it is.
+  virtual bool step(Simulator& simulator) = 0;
+  virtual std::span<const Walker> walkers() const { return {&walker_, 1}; }
+  /// Which of them took the last step.
+  virtual std::size_t walker() const { return 0; }
+
+  /// Everything that the next step depends on, but what `counts` holds.
+  virtual void write(ByteWriter& out) const;
+  /// Throws: std::out_of_range.
+  virtual void read(ByteReader& in);
+
+ protected:
+  Walk(const Target& target, const ChainSettings& settings, ChainCounts& counts);
+
+  /// What a candidate is measured by: p_w p_c^beta, where `conditional` restricted to what is satisfied.
+  struct Aim {
+    double beta = 1;
+    bool conditional = false;
+  };
+
+  RandomStream random(Purpose purpose, std::size_t replica = 0) const;
+  /// Draws the first State of a walker from the prior, within its support.
+  void draw_first(Walker& walker, std::size_t replica);
+  /// Simulates the State on which a walker stands, to its end.
+  void simulate_first(Simulator& simulator, Walker& walker);
+  /// A step of Metropolis and Hastings. True if the walker moved to another State; an accepted candidate
+  /// equal to the current State is no move and costs no simulation.
+  bool step_by(const Kernel& kernel, KernelCounter& counter, RandomStream& draws, double log_u,
+               const Aim& aim, Simulator& simulator, Walker& walker);
+  /// Simulates candidate_, from `walker` if there is one to resume from. True if its Score is whole.
+  bool simulate_candidate(Simulator& simulator, const Walker* walker, double needed);
+  /// The walker moves to candidate_.
+  void move_to_candidate(Walker& walker);
+  /// Below this a log_constraint says that the animation is not satisfied: what `needed` may be for
+  /// candidates that have to be.
+  double needed_to_satisfy() const;
+
+  const Target& target_;
+  const ChainSettings& settings_;
+  ChainCounts& counts_;
+  Walker walker_;
+  // The candidate of the iteration under way; kept to reuse its memory.
+  State candidate_;
+  double candidate_log_prior_ = 0;
+  Score candidate_score_;
+  std::unique_ptr<Run> candidate_run_;
+
+ private:
+  bool resumes_;  ///< until the simulator has no Run to offer
+};
+
+void write_walker(ByteWriter& out, const Walker& walker);
+/// Throws: std::out_of_range, also if the State or the measures have another length than the target's.
+void read_walker(ByteReader& in, const Target& target, Walker& walker);
+
+}  // namespace retake
