@@ -77,8 +77,10 @@ bool Conditional::explore(Simulator& simulator) {
       hits_ = thin(std::move(hits_), kMostKept / 2, draws);
     }
     move_to_candidate(walker_);
+    // Enough of them are shown; what else is found only teaches.
+    walker_.stay.is_sample = found_ <= settings_.learning.hits;
     walker_.stay.weight = 0;
-    ++counts_.samples;
+    counts_.samples += walker_.stay.is_sample ? 1 : 0;
   }
   learn_if_due();
   if (hits_.empty() && explored_ >= kFruitless && by_prior) {

@@ -16,8 +16,8 @@
 namespace retake {
 namespace {
 
-constexpr std::uint64_t kExampleSamples = 200;  // a chain; chosen: fills some pages of the gallery
-constexpr double kExampleSeconds = 60;          // [s] of running, a chain; rare wishes get that far
+constexpr std::uint64_t kExampleEss = 100;  // a chain; chosen: fills some pages of the gallery
+constexpr double kExampleSeconds = 60;      // [s] of running, a chain; rare wishes get that far
 
 struct Address {
   std::string host;
@@ -83,7 +83,7 @@ HttpSettings http_settings(const ServeOptions& options) {
 void add_examples(Api& api) {
   if (!api.store.scenarios(1, "").records.empty()) return;
   StopRule stop;
-  stop.samples = kExampleSamples;
+  stop.ess = kExampleEss;
   stop.seconds = kExampleSeconds;
   for (const World* world : worlds()) {
     // Lists show the newest first: so a world's first example comes before its others.
