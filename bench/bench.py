@@ -1,6 +1,7 @@
 """Measures chains alone and behind the store, bowling throws, and the daemon while chains keep every core busy.
 
-Usage: bench.py BUILD_FOLDER [--quick]. Prints one table; see README.md, "How fast it is".
+Usage: bench.py BUILD_FOLDER [sampler] [--quick]. Prints one table; see README.md, "How fast it is". `sampler` measures
+what the methods of a chain are worth against each other instead.
 """
 import http.client
 import json
@@ -129,10 +130,13 @@ def measure_daemon(folder):
         daemon.wait(60)
 
 
-measure_chains()
-measure_bowling()
-with tempfile.TemporaryDirectory() as temporary:
-    measure_daemon(pathlib.Path(temporary))
+if "sampler" in sys.argv:
+    measure_figures("bench_sampler", ["--quick"] if quick else [], {})
+else:
+    measure_chains()
+    measure_bowling()
+    with tempfile.TemporaryDirectory() as temporary:
+        measure_daemon(pathlib.Path(temporary))
 widths = [max(len(cells[k]) for cells in rows) for k in range(4)]
 print(f"{'':{widths[0]}}  {'measured':>{widths[1]}}  {'':{widths[2]}}  bar")
 for name, value, unit, bar in rows:

@@ -15,7 +15,7 @@ enum Kernels : std::size_t { kPrior, kLearned, kLocal, kTempering };
 constexpr std::uint64_t kFirstHits = 5;       // to learn from
 constexpr double kMoreHits = 1.5;             // times those learned from last
 constexpr std::uint64_t kFruitless = 30'000;  // draws without a hit, after which a ladder looks for one
-constexpr std::uint8_t kRedrawsPerLocal = 3;  // chosen: a redraw is worth more, a local move costs less
+constexpr std::uint8_t kRedrawsPerLocal = 9;  // chosen: a redraw is worth more, a local move costs less
 constexpr std::size_t kMostKept = 1000;       // hits; then they are thinned to half
 constexpr std::size_t kFinalKernels = 400;
 constexpr int kValidityDraws = 100'000;

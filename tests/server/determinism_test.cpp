@@ -46,7 +46,14 @@ std::vector<Walk> walks() {
       {"bowling_metropolis", pins_document({1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}),
        json::parse(R"({"seed":13,"method":"metropolis","stop":{"iterations":300}})")},
       {"bowling_rejection", pins_document({10}, {10}),
-       json::parse(R"({"seed":14,"method":"rejection","stop":{"iterations":1500}})")}};
+       json::parse(R"({"seed":14,"method":"rejection","stop":{"iterations":1500}})")},
+      // These are cut off in every phase: exploring, a ladder for the first hits or its tuning, sampling.
+      {"conditional", wish_document(1, 0.001),
+       json::parse(R"({"seed":15,"method":"conditional","stop":{"iterations":500000}})")},
+      {"tempering", wish_document(1, 0.002),
+       json::parse(R"({"seed":16,"method":"tempering","stop":{"iterations":300000}})")},
+      {"bowling_conditional", pins_document({10}, {10}),
+       json::parse(R"({"seed":17,"method":"conditional","stop":{"iterations":1500}})")}};
 }
 
 /// Runs a walk on a daemon of its own, nothing disturbing it.
@@ -67,7 +74,7 @@ class Determinism : public ::testing::TestWithParam<std::size_t> {
  protected:
   const Walk walk = walks()[GetParam()];
 };
-INSTANTIATE_TEST_SUITE_P(Methods, Determinism, ::testing::Range<std::size_t>(0, 4),
+INSTANTIATE_TEST_SUITE_P(Methods, Determinism, ::testing::Range<std::size_t>(0, walks().size()),
                          [](const auto& parameter) { return std::string(walks()[parameter.param].name); });
 
 TEST_P(Determinism, The_number_of_threads_and_of_other_chains_changes_nothing) {
