@@ -273,7 +273,7 @@ void Tempering::estimate_odds() {
       mean += value / count;
       squares += value * value / count;
     }
-    if (mean == 0) return;
+    if (!(mean > 0 && std::isfinite(mean))) return;  // p_c is too small for numbers, or nothing was found
     probability *= mean;
     relative_variance += std::max(squares - mean * mean, 0.0) / (mean * mean) / (count - 1);
   }
@@ -345,8 +345,9 @@ void Tempering::read(ByteReader& in) {
     rung.walker = in.get<std::uint32_t>();
     rung.rejected = in.get<double>();
     rung.attempts = in.get<std::uint64_t>();
-    refuse_unless(rung.walker < walkers);
+    refuse_unless(rung.walker < walkers && rung.beta >= 0 && rung.beta <= 1 && rung.rejected >= 0);
   }
+  refuse_unless(part_ == Part::of_another || counts_.rungs.size() == rungs);
   walker_index_ = in.get<std::uint32_t>();
   turn_ = in.get<std::uint32_t>();
   refuse_unless(walker_index_ < walkers && (rungs == 0 ? turn_ == 0 : turn_ < rungs));
