@@ -140,7 +140,9 @@ Chain::Chain(std::shared_ptr<const Target> target, const ChainSettings& settings
       kernel.accepted = in.get<std::uint64_t>();
     }
     counts.is_learning = in.get<std::uint8_t>() != 0;
-    counts.odds.basis = static_cast<OddsBasis>(in.get<std::uint8_t>());
+    const auto basis = in.get<std::uint8_t>();
+    if (basis > static_cast<std::uint8_t>(OddsBasis::learned)) throw std::out_of_range("unknown odds");
+    counts.odds.basis = static_cast<OddsBasis>(basis);
     counts.odds.draws = in.get<std::uint64_t>();
     counts.odds.hits = in.get<std::uint64_t>();
     counts.odds.sum = in.get<double>();

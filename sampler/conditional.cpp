@@ -51,7 +51,7 @@ bool Conditional::draw_candidate(Simulator& simulator) {
   redraw_.draw(block_, draws, candidate_);
   candidate_log_prior_ = target_.model->log_prior(candidate_);
   return candidate_log_prior_ != kImpossible && simulate_candidate(simulator, nullptr, needed_to_satisfy()) &&
-         candidate_score_.satisfied;
+         candidate_score_.satisfied && candidate_score_.log_constraint != kImpossible;
 }
 
 // --- Exploring --------------------------------------------------------------------------------
@@ -71,7 +71,13 @@ bool Conditional::explore(Simulator& simulator) {
     const double weight = redraw_.log_weight(block_, candidate_);
     found_weight_ += std::exp(weight);
     ++found_;
-    hits_.push_back({.state = candidate_, .weight = std::exp(weight + candidate_score_.log_constraint)});
+    const double log_constraint = candidate_score_.log_constraint;
+    if (log_constraint > hit_scale_) {
+      for (WeighedState& other : hits_)
+        other.weight *= std::exp(hit_scale_ - log_constraint);
+      hit_scale_ = log_constraint;
+    }
+    hits_.push_back({.state = candidate_, .weight = std::exp(weight + log_constraint - hit_scale_)});
     if (hits_.size() > kMostKept) {
       RandomStream draws = random(Purpose::learning);
       hits_ = thin(std::move(hits_), kMostKept / 2, draws);
@@ -211,6 +217,7 @@ void Conditional::write(ByteWriter& out) const {
   out.put(plain_draws_);
   out.put(learned_from_);
   out.put(valid_share_);
+  out.put(hit_scale_);
   redraw_.write(out);
   out.put(static_cast<std::uint32_t>(hits_.size()));
   for (const WeighedState& hit : hits_) {
@@ -234,6 +241,7 @@ void Conditional::read(ByteReader& in) {
   plain_draws_ = in.get<double>();
   learned_from_ = in.get<std::uint64_t>();
   valid_share_ = in.get<double>();
+  hit_scale_ = in.get<double>();
   redraw_ = LearnedRedraw::read(in, block_);
   hits_.clear();
   for (auto count = in.get<std::uint32_t>(); count > 0; --count) {
@@ -244,6 +252,9 @@ void Conditional::read(ByteReader& in) {
       throw std::out_of_range("other variables");
     hits_.push_back(std::move(hit));
   }
+  if ((phase_ == Phase::learned && hits_.empty()) ||
+      (phase_ == Phase::sampling && (!walker_.was_simulated || redraw_.is_prior())))
+    throw std::out_of_range("a phase without what it needs");
   if (phase_ != Phase::tempering) return;
   ladder_ = std::make_unique<Tempering>(target_, settings_, counts_, Tempering::Part::of_another, kTempering);
   ladder_->read(in);

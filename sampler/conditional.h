@@ -42,7 +42,7 @@ class Conditional final : public Walk {
   void start_sampling(Simulator& simulator);
   bool sample(Simulator& simulator);
   bool sample_redraw(Simulator& simulator);
-  /// Draws a candidate from the redraw as it is. True if it satisfies the constraint.
+  /// Draws a candidate from the redraw as it is. True if it satisfies the constraint, with p_c > 0.
   bool draw_candidate(Simulator& simulator);
   /// log (p p_c / q), which a redraw's acceptance compares.
   double log_weight(const State& state, const Score& score) const {
@@ -54,7 +54,8 @@ class Conditional final : public Walk {
   Phase phase_ = Phase::exploring;
   std::uint8_t turn_ = 0;  ///< redraws until the next local move
   LearnedRedraw redraw_;
-  std::vector<WeighedState> hits_;
+  std::vector<WeighedState> hits_;  ///< weights p p_c / q, over the largest p_c among them
+  double hit_scale_ = kImpossible;  ///< log of that p_c
   std::uint64_t explored_ = 0;      ///< draws
   std::uint64_t found_ = 0;         ///< hits among them
   double found_weight_ = 0;         ///< sum of their p / q

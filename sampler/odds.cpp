@@ -1,15 +1,25 @@
 // See odds.h.
 #include "sampler/odds.h"
 
+#include <cmath>
 #include <unsupported/Eigen/SpecialFunctions>
+
+#include "sampler/normal.h"
 
 namespace retake {
 namespace {
 
-constexpr double kTail = 0.025;  // of a 95 % interval, on either side
+constexpr double kTail = 0.025;        // of a 95 % interval, on either side
+constexpr double kLargestShape = 1e5;  // chosen: Eigen's series for igamma is cut off a little above 1e6
 
 /// The quantile of a gamma distribution with this shape and scale 1.
 double gamma_quantile(double shape, double probability) {
+  if (shape > kLargestShape) {
+    // Wilson and Hilferty's cube root; of counts so large within 0.001.
+    const double spread = 1 / (9 * shape);
+    const double root = 1 - spread + normal_quantile(probability) * std::sqrt(spread);
+    return shape * root * root * root;
+  }
   double low = 0, high = shape + 20 * (1 + std::sqrt(shape));
   for (int i = 0; i < 200 && high - low > 1e-12 * high; ++i) {
     const double middle = 0.5 * (low + high);

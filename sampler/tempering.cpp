@@ -111,8 +111,13 @@ bool Tempering::step_rung(Simulator& simulator) {
     const double log_u = std::log(random(Purpose::acceptance).uniform());
     const bool anew = turn_ == 0 || draws.bernoulli(kRedrawShare);
     const Kernel& kernel = anew ? static_cast<const Kernel&>(redraw_) : local_;
+    const std::uint64_t whole = counter(0).accepted;
     moved = step_by(kernel, counter(anew ? 0 : 1), draws, log_u, {.beta = rung.beta}, simulator, walker);
     if (moved && anew) lineages_[walker_index_] = counts_.iteration;
+    if (turn_ == 0 && stage_ == Stage::sampling && candidate_log_prior_ != kImpossible) {
+      ++prior_draws_;
+      whole_draws_ += counter(0).accepted - whole;
+    }
   }
   const bool is_last = turn_ + 1 == rungs_.size();
   const bool told = note_stay(walker, moved, is_last || target_.least_satisfied == 0);
@@ -257,8 +262,10 @@ void Tempering::add_to_batches() {
 
 void Tempering::estimate_odds() {
   // The product of the rungs' means, and the sum of their relative variances from the batches' spread.
-  const double count = static_cast<double>(batches_.size());
-  double probability = 1, relative_variance = 0;
+  if (whole_draws_ == 0) return;
+  const double count = static_cast<double>(batches_.size()), whole = static_cast<double>(whole_draws_);
+  const double share = whole / static_cast<double>(prior_draws_);
+  double probability = share, relative_variance = 0;
   for (std::size_t r = 0; r < rungs_.size(); ++r) {
     double mean = 0, squares = 0;
     for (const Batch& batch : batches_) {
@@ -266,11 +273,11 @@ void Tempering::estimate_odds() {
       mean += value / count;
       squares += value * value / count;
     }
-    if (mean == 0) return;
+    if (!(mean > 0 && std::isfinite(mean))) return;  // p_c is too small for numbers, or nothing was found
     probability *= mean;
     relative_variance += std::max(squares - mean * mean, 0.0) / (mean * mean) / (count - 1);
   }
-  relative_variance = std::max(kCaution * relative_variance, 1e-12);
+  relative_variance = std::max(kCaution * relative_variance + (1 - share) / whole, 1e-12);
   OddsTally& odds = counts_.odds;
   odds.basis = OddsBasis::ladder;
   odds.draws = counts_.iteration;
@@ -299,7 +306,8 @@ void Tempering::write(ByteWriter& out) const {
   }
   out.put(static_cast<std::uint32_t>(walker_index_));
   out.put(static_cast<std::uint32_t>(turn_));
-  for (const std::uint64_t number : {round_, tuned_at_, stage_rounds_, hits_, batch_rounds_})
+  for (const std::uint64_t number :
+       {round_, tuned_at_, stage_rounds_, hits_, batch_rounds_, prior_draws_, whole_draws_})
     out.put(number);
   out.put(tunings_);
   out.put(static_cast<std::uint32_t>(found_lineages_.size()));
@@ -337,12 +345,14 @@ void Tempering::read(ByteReader& in) {
     rung.walker = in.get<std::uint32_t>();
     rung.rejected = in.get<double>();
     rung.attempts = in.get<std::uint64_t>();
-    refuse_unless(rung.walker < walkers);
+    refuse_unless(rung.walker < walkers && rung.beta >= 0 && rung.beta <= 1 && rung.rejected >= 0);
   }
+  refuse_unless(part_ == Part::of_another || counts_.rungs.size() == rungs);
   walker_index_ = in.get<std::uint32_t>();
   turn_ = in.get<std::uint32_t>();
   refuse_unless(walker_index_ < walkers && (rungs == 0 ? turn_ == 0 : turn_ < rungs));
-  for (std::uint64_t* number : {&round_, &tuned_at_, &stage_rounds_, &hits_, &batch_rounds_})
+  for (std::uint64_t* number :
+       {&round_, &tuned_at_, &stage_rounds_, &hits_, &batch_rounds_, &prior_draws_, &whole_draws_})
     *number = in.get<std::uint64_t>();
   tunings_ = in.get<std::uint32_t>();
   found_lineages_.clear();

@@ -45,7 +45,8 @@ class Tempering final : public Walk {
     std::uint64_t attempts = 0;  ///< of such swaps since the last tuning
   };
   /// Sums over some rounds, one for each rung: of the ratio p_c^(beta' - beta) to the next rung, and on the
-  /// last of satisfied / p_c. Their means multiply to P(satisfied).
+  /// last of satisfied / p_c. Their means multiply to P(satisfied) among the draws of the prior that count as
+  /// whole: the lowest replica never stands where p_c is 0 or a simulation fails.
   struct Batch {
     std::uint64_t rounds = 0;
     std::vector<double> sums;
@@ -85,6 +86,8 @@ class Tempering final : public Walk {
   std::set<std::uint64_t> found_lineages_;  ///< of them; no more than needed
   std::vector<Batch> batches_;
   std::uint64_t batch_rounds_ = 1;
+  std::uint64_t prior_draws_ = 0;  ///< within the support, by the lowest replica of a frozen ladder
+  std::uint64_t whole_draws_ = 0;  ///< of them: those with p_c > 0 whose simulation did not fail
 };
 
 }  // namespace retake

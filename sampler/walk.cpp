@@ -198,6 +198,8 @@ void Walk::write(ByteWriter& out) const {
 
 void Walk::read(ByteReader& in) {
   read_walker(in, target_, walker_);
+  if (counts_.iteration > 0 && walker_.stay.state.size() == 0)
+    throw std::out_of_range("a walker that stands nowhere");
 }
 
 void write_walker(ByteWriter& out, const Walker& walker) {
@@ -225,7 +227,8 @@ void read_walker(ByteReader& in, const Target& target, Walker& walker) {
   in.get_numbers(stay.state);
   in.get_numbers(stay.score.measures);
   const auto variables = static_cast<std::size_t>(stay.state.size());
-  if ((variables != 0 && variables != target.model->size()) ||
+  const bool may_be_none = !walker.was_simulated;
+  if (!(variables == target.model->size() || (variables == 0 && may_be_none)) ||
       stay.score.measures.size() != target.measure_names.size())
     throw std::out_of_range("other variables or measures");
 }

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/sampler/toys.h"
+#include "tests/sampler/two_modes.h"
 
 namespace retake::tests {
 namespace {
@@ -82,6 +83,11 @@ TEST(Geweke, TheTwoSimulatorsAgreeForEveryKernel) {
     EXPECT_LT(largest_z(*row.kernel, *model, ++seed), kLargestZ) << row.name;
 }
 
+TEST(Geweke, TheTwoSimulatorsAgreeForLocalMoves) {
+  const auto model = rich_model();
+  EXPECT_LT(largest_z(LocalMove(*model, {5, 6}), *model, 78), kLargestZ);
+}
+
 TEST(Geweke, ThePapersRatiosDisagree) {
   const auto model = rich_model();
   for (const WeightedKernel& row : rich_kernels(*model, Ratios::paper)) {
@@ -91,7 +97,8 @@ TEST(Geweke, ThePapersRatiosDisagree) {
 }
 
 /// Ranks of the true value of theta's functions among those of a chain's thinned draws (Talts et al. 2018).
-void expect_calibrated(Method method, std::uint32_t replicas, std::uint64_t iterations_a_draw) {
+/// A draw is one of p(A | satisfied), as walkers' weights count them.
+void expect_calibrated(Method method, std::uint32_t replicas, std::uint64_t counted_a_draw) {
   constexpr std::size_t kDraws = 19;
   const auto model = rich_model();
   const auto target = target_of(model, rich_kernels(*model, Ratios::exact));
@@ -104,18 +111,23 @@ void expect_calibrated(Method method, std::uint32_t replicas, std::uint64_t iter
     State theta;
     model->draw(random, theta);
     ToySimulator simulator(likelihood(draw_data(theta, random)));
-    Chain chain(target, {.seed = 91, .index = replica, .method = method});
+    Chain chain(target,
+                {.seed = 91, .index = replica, .method = method, .learning = {.hits = 20, .plain_hits = 3}});
+    DrawWatcher watcher;
+    const auto step_to_draw = [&] {
+      do
+        chain.step(simulator);
+      while (!watcher.note(chain));
+    };
     const auto truth = quantities(theta);
     std::array<std::size_t, 4> below{};
-    for (std::uint64_t i = 0; i < 200; ++i)
+    for (std::uint64_t i = 0; i < 200; ++i) {
       chain.step(simulator);
+      watcher.note(chain);
+    }
     for (std::size_t draw = 0; draw < kDraws; ++draw) {
-      if (method == Method::rejection)
-        while (!chain.step(simulator))
-          continue;
-      else
-        for (std::uint64_t i = 0; i < iterations_a_draw; ++i)
-          chain.step(simulator);
+      for (std::uint64_t i = 0; i < counted_a_draw; ++i)
+        step_to_draw();
       const auto values = quantities(chain.stay().state);
       for (std::size_t q = 0; q < values.size(); ++q)
         below[q] += values[q] < truth[q];
@@ -132,13 +144,25 @@ TEST(Calibration, RanksAreUniformUnderMetropolis) {
   expect_calibrated(Method::metropolis, 600, 60);
 }
 TEST(Calibration, RanksAreUniformUnderRejection) {
-  expect_calibrated(Method::rejection, 600, 0);
+  expect_calibrated(Method::rejection, 600, 1);
+}
+TEST(Calibration, RanksAreUniformUnderConditional) {
+  expect_calibrated(Method::conditional, 600, 15);
+}
+TEST(Calibration, RanksAreUniformUnderTempering) {
+  expect_calibrated(Method::tempering, 600, 40);
+}
+TEST(SlowCalibration, RanksAreUniformUnderConditional) {
+  expect_calibrated(Method::conditional, 6000, 25);
+}
+TEST(SlowCalibration, RanksAreUniformUnderTempering) {
+  expect_calibrated(Method::tempering, 10000, 60);
 }
 TEST(SlowCalibration, RanksAreUniformUnderMetropolis) {
   expect_calibrated(Method::metropolis, 20000, 100);
 }
 TEST(SlowCalibration, RanksAreUniformUnderRejection) {
-  expect_calibrated(Method::rejection, 20000, 0);
+  expect_calibrated(Method::rejection, 20000, 1);
 }
 
 }  // namespace

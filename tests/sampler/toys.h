@@ -40,12 +40,15 @@ class ToySimulator final : public Simulator {
     score = {.log_constraint = 0, .satisfied = true, .measures = {12345}};
     if (std::isnan(value)) return {.end = SimulationEnd::failed, .simulated_seconds = 1};
     if (value <= request.needed) return {.end = SimulationEnd::stopped, .simulated_seconds = 1};
-    score = {.log_constraint = value, .satisfied = value > satisfied_above, .measures = {value}};
+    score = {.log_constraint = value,
+             .satisfied = satisfies ? satisfies(candidate) : value > satisfied_above,
+             .measures = {value}};
     return {.end = SimulationEnd::complete, .simulated_seconds = 2};
   }
 
   std::function<void(const State&, const SimulationRequest&)> observe;
   double satisfied_above = -kInfinity;
+  std::function<bool(const State&)> satisfies;  ///< null: what exceeds satisfied_above
   std::uint64_t simulations = 0;
 
  private:
