@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "sampler/check.h"
+#include "sampler/spread.h"
 #include "server/quantities.h"
 
 namespace retake {
@@ -73,21 +74,29 @@ Counted counted_chains(const std::vector<ChainRecord>& chains,
 
 std::optional<EffectiveHealth> effective_of(const Health& health, const Counted& counted) {
   const QuantityHealth* worst = nullptr;
-  double least = std::numeric_limits<double>::infinity();
+  double least = std::numeric_limits<double>::infinity(), least_bulk = least;
+  std::vector<double> across;
   for (const QuantityHealth& quantity : health.quantities) {
-    double ess = quantity.together.ess_bulk;
-    if (!std::isfinite(ess)) continue;
-    if (std::isfinite(quantity.ess_across)) ess = std::min(ess, quantity.ess_across);
+    const double bulk = quantity.together.ess_bulk;
+    if (!std::isfinite(bulk)) continue;
+    least_bulk = std::min(least_bulk, bulk);
+    if (std::isfinite(quantity.ess_across)) across.push_back(quantity.ess_across);
+    const double ess = std::isfinite(quantity.ess_across) ? std::min(bulk, quantity.ess_across) : bulk;
     if (ess >= least) continue;
     least = ess;
     worst = &quantity;
   }
   if (!worst) return std::nullopt;
+  // The least of many spreads, each of few means, would be far too small; their harmonic mean is not.
+  double samples = least_bulk;
+  if (!across.empty())
+    samples = std::min(samples, harmonic_mean(Eigen::Map<const Eigen::VectorXd>(
+                                    across.data(), static_cast<Eigen::Index>(across.size()))));
   double run_seconds = 0;
   for (const ChainRecord* chain : counted.chains)
     run_seconds += chain->counters.run_seconds;
   EffectiveHealth effective;
-  effective.samples = std::min(least, static_cast<double>(health.chains * health.draws_per_chain));
+  effective.samples = std::min(samples, static_cast<double>(health.chains * health.draws_per_chain));
   effective.quantity = worst->name;
   effective.within = std::isfinite(worst->ess_within) ? worst->ess_within : 0;
   if (run_seconds > 0) effective.per_cpu_minute = effective.samples / (run_seconds / 60);

@@ -39,9 +39,11 @@ struct QuantityHealth {
 };
 
 struct EffectiveHealth {
-  double samples;        ///< the least over quantities of ess_bulk and ess_across; at most the draws
-  std::string quantity;  ///< that has the least
-  double within;         ///< what the chains by themselves claim for that quantity
+  /// The least over quantities of ess_bulk, but no more than the harmonic mean of ess_across, nor than the
+  /// draws.
+  double samples;
+  std::string quantity;                  ///< that has the least
+  double within;                         ///< what the chains by themselves claim for that quantity
   std::optional<double> per_cpu_minute;  ///< over the run_seconds of the chains counted
 };
 
