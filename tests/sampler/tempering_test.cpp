@@ -87,7 +87,7 @@ TEST(Tempering, TheLastDrawOfEachSeedIsADrawOfTheTarget) {
 TEST(SlowTempering, IsExact) {
   for (const TwoModes& toy : all_two_modes()) {
     const Truth truth = truth_of(toy, 20'000'000, 411);
-    const auto runs = runs_of(toy, with_seed(412), 1'500'000);
+    const auto runs = runs_of(toy, with_seed(412), 500'000);
     EXPECT_LT(largest_t(runs, truth), kLargestT) << name_of(toy);
     EXPECT_GE(covered(runs, OddsBasis::ladder, truth.probability), 19) << name_of(toy);
   }
@@ -95,7 +95,7 @@ TEST(SlowTempering, IsExact) {
 
 TEST(SlowTempering, TheLastDrawOfEachSeedIsADrawOfTheTarget) {
   for (const Height height : {Height::level, Height::stepped, Height::sloped})
-    expect_last_draws_are_exact(height, with_seed(413'000), 4000, 1500);
+    expect_last_draws_are_exact(height, with_seed(413'000), 1500, 1500);
 }
 
 TEST(Tempering, GivesThePriorBackWhenEverythingSatisfies) {
