@@ -79,7 +79,7 @@ bool Conditional::explore(Simulator& simulator) {
     }
     hits_.push_back({.state = candidate_, .weight = std::exp(weight + log_constraint - hit_scale_)});
     if (hits_.size() > kMostKept) {
-      RandomStream draws = random(Purpose::learning);
+      RandomStream draws = random(Purpose::learning, 1);
       hits_ = thin(std::move(hits_), kMostKept / 2, draws);
     }
     move_to_candidate(walker_);
@@ -145,13 +145,13 @@ void Conditional::learn(bool for_good) {
 void Conditional::start_sampling(Simulator& simulator) {
   RandomStream draws = random(Purpose::learning);
   if (target_.model->restricts_support()) {
-    int valid = 0;
+    int valid = 1;  // a hit was
     State drawn;
     for (int i = 0; i < kValidityDraws; ++i) {
       target_.model->draw(draws, drawn);
       valid += target_.model->log_prior(drawn) != kImpossible ? 1 : 0;
     }
-    valid_share_ = static_cast<double>(valid) / kValidityDraws;
+    valid_share_ = static_cast<double>(valid) / (kValidityDraws + 1);
   }
   // Start from one of the hits, drawn by their weights: nearly a draw of the target already.
   double sum = 0;
