@@ -75,6 +75,10 @@ std::size_t Chain::walker() const {
   return walk_->walker();
 }
 
+std::uint64_t Chain::ended_weight() const {
+  return walk_->ended_weight();
+}
+
 const Stay& Chain::stay(std::size_t walker) const {
   return walk_->walkers()[walker].stay;
 }

@@ -124,6 +124,8 @@ class Chain {
   std::size_t walker() const;
   const Stay& stay(std::size_t walker) const;
   const Stay& stay() const { return stay(walker()); }
+  /// What the stay weighed that the last move of a walker ended.
+  std::uint64_t ended_weight() const;
   const ChainCounts& counts() const { return *counts_; }
   const ChainSettings& settings() const { return *settings_; }
   const Target& target() const { return *target_; }

@@ -173,6 +173,7 @@ bool Walk::simulate_candidate(Simulator& simulator, const Walker* walker, double
 
 void Walk::move_to_candidate(Walker& walker) {
   Stay& stay = walker.stay;
+  ended_weight_ = stay.weight;
   std::swap(stay.state, candidate_);
   std::swap(stay.score, candidate_score_);
   std::swap(walker.run, candidate_run_);

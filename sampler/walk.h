@@ -38,6 +38,8 @@ class Walk {
   virtual std::span<const Walker> walkers() const { return {&walker_, 1}; }
   /// Which of them took the last step.
   virtual std::size_t walker() const { return 0; }
+  /// What the stay weighed that the last move ended.
+  std::uint64_t ended_weight() const { return ended_weight_; }
 
   /// Everything that the next step depends on, but what `counts` holds.
   virtual void write(ByteWriter& out) const;
@@ -74,6 +76,7 @@ class Walk {
   const ChainSettings& settings_;
   ChainCounts& counts_;
   Walker walker_;
+  std::uint64_t ended_weight_ = 0;
   // The candidate of the iteration under way; kept to reuse its memory.
   State candidate_;
   double candidate_log_prior_ = 0;

@@ -117,20 +117,9 @@ void ChainRun::judge(std::optional<double> effective_samples) {
 }
 
 void ChainRun::step(Scenario::Performer& performer) {
-  // A move overwrites the weight of the stay that it ends, and which walker moves is not known before.
-  for (std::size_t walker = 0; walker < standings_.size(); ++walker)
-    standings_[walker].weight = chain_.stay(walker).weight;
-  const bool moved = chain_.step(performer);
-
-  // Walkers that are gone have left their samples.
-  const std::size_t walkers = chain_.walkers();
-  for (std::size_t walker = walkers; walker < standings_.size(); ++walker)
-    close_stay(standings_[walker], standings_[walker].weight);
-  standings_.resize(walkers);
-
-  if (moved) {
-    Standing& standing = standings_[chain_.walker()];
-    close_stay(standing, standing.weight);
+  if (chain_.step(performer)) {
+    standings_.resize(chain_.walkers());
+    close_stay(standings_[chain_.walker()], chain_.ended_weight());
     if (chain_.stay().is_sample) record_sample(performer);
   }
   trace_.record(chain_);

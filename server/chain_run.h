@@ -59,7 +59,6 @@ class ChainRun {
     std::size_t gathered = 0;     ///< where it is among samples_
     std::uint64_t iteration = 0;  ///< that of the sample
     std::uint64_t told = 0;       ///< the weight that was handed over last
-    std::uint64_t weight = 0;     ///< of the walker's stay before the step under way
   };
 
   void step(Scenario::Performer& performer);

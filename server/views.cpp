@@ -83,6 +83,7 @@ json world_json(const World& world) {
           {"version", world.version()},
           {"summary", world.summary()},
           {"default_method", to_string(world.default_method())},
+          {"saves", {{"stops_early", world.savings().stops_early}, {"resumes", world.savings().resumes}}},
           {"methods", method_names()},
           {"model", world.model_parameters().schema()},
           {"constraints", std::move(constraints)},

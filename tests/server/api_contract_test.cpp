@@ -251,7 +251,7 @@ TEST_F(ApiChains, A_walk_ends_once_its_worst_quantity_has_effective_samples_enou
 
 TEST_F(ApiChains, Every_method_that_a_world_names_can_be_started) {
   const std::string wish = daemon.add_scenario(wish_document(1, 0.1));
-  for (const json& method : daemon.get("/v1/worlds/ball2d").json()["methods"]) {
+  for (const json& method : elements(daemon.get("/v1/worlds/ball2d").json()["methods"])) {
     const auto chain = daemon.add_chains(wish, {{"method", method}, {"stop", {{"iterations", 50}}}}).at(0);
     const json ended = daemon.wait_for_end(chain);
     EXPECT_EQ(ended["method"], method);

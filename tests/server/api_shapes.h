@@ -11,7 +11,7 @@ namespace retake::test {
 /// '|'; [shape] is an array whose elements all have the shape; "key?" may be absent; {"*": shape} is a map.
 inline const nlohmann::json& shapes() {
   static const nlohmann::json table = nlohmann::json::parse(R"json({
-    "World": {"name": "string", "version": "integer", "summary": "string", "default_method": "string", "methods": ["string"],
+    "World": {"name": "string", "version": "integer", "summary": "string", "default_method": "string", "methods": ["string"], "saves": {"stops_early": "boolean", "resumes": "boolean"},
       "model": {"type": "string", "properties": {"*": {"default": "number|boolean|string|array",
         "description": "string", "type": "string", "x-source?": "string", "x-unit?": "string"}}},
       "constraints": [{"kind": "string", "summary": "string", "schema": {"type": "string", "properties": "object"}}],

@@ -69,6 +69,24 @@ TEST(BowlingLearning, EveryPhaseIsTheSameBitForBitWithEarlyRejectionOff) {
   }
 }
 
+TEST(BowlingLearning, TheFirstFindIsThatOfPlainThrows) {
+  // So it never comes later.
+  const auto scenario = strike();
+  const auto performer = scenario->make_performer();
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Chain plain(scenario->target(Ratios::exact), {.seed = seed, .method = Method::rejection});
+    Chain learns(scenario->target(Ratios::exact), {.seed = seed, .method = Method::conditional});
+    while (plain.counts().samples == 0)
+      plain.step(*performer);
+    while (learns.counts().samples == 0)
+      learns.step(*performer);
+    EXPECT_EQ(learns.counts().iteration, plain.counts().iteration);
+    EXPECT_EQ(learns.stay().state, plain.stay().state);
+    EXPECT_TRUE(learns.counts().is_learning);
+    EXPECT_EQ(learns.stay().weight, 0u);
+  }
+}
+
 // --- Odds -------------------------------------------------------------------------------------------
 
 /// Learned odds against counting plain draws, and how often a seed's 95 % interval holds what both say
