@@ -16,7 +16,7 @@ namespace retake {
 /// One iteration is one draw or one local move. Exploring, it draws from what it has learned so far, at first
 /// from the prior, and weighs each hit by the proposal that drew it, for good. If the prior finds nothing a
 /// ladder looks for the first hits. Sampling, it takes turns: draws until one satisfies, which is then
-/// accepted by the ratio of weights; then one local move. A stay weighs as many turns as it lasted.
+/// accepted by the ratio of weights; now and then one local move. A stay weighs as many turns as it lasted.
 class Conditional final : public Walk {
  public:
   Conditional(const Target& target, const ChainSettings& settings, ChainCounts& counts);
