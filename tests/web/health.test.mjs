@@ -133,12 +133,12 @@ test("a chain started from the form ends when it has so many independent animati
   await page.getByLabel("Animations found").fill("");
   await page.getByLabel("Independent animations").fill("60");
   await page.locator(".start-chains .choice").nth(3).waitFor();
-  await page.getByRole("radio", { name: /metropolis/ }).check();
+  await page.getByRole("radio", { name: /conditional/ }).check();
   await page.getByRole("button", { name: "Start", exact: true }).click();
   await arrived(page, { start: null });
   const [chain] = await finished(id);
   assert.deepEqual(chain.stop, { ess: 60 });
-  assert.equal(chain.method, "metropolis");
+  assert.equal(chain.method, "conditional");
   assert.equal(chain.ended_by, "ess");
   assert.ok(chain.effective_samples >= 60);
   const row = page.locator(`tr[data-chain="${chain.id}"]`);
