@@ -29,6 +29,8 @@ json canonical(const Parameter& parameter, const json& value) {
   switch (parameter.kind) {
     case Kind::boolean:
     case Kind::choice:
+    case Kind::text:
+    case Kind::text_list:
       return value;
     case Kind::integer_set: {
       std::set<double> members;
@@ -54,7 +56,10 @@ json stand_in(const Parameter& parameter) {
     case Kind::choice:
       return parameter.choices.front();
     case Kind::integer_set:
+    case Kind::text_list:
       return json::array();
+    case Kind::text:
+      return "";
     case Kind::number:
     case Kind::integer:
       break;
@@ -105,6 +110,32 @@ void find_faults_of_set(const Parameter& parameter, const json& value, const std
                                    std::to_string(value.size())});
 }
 
+/// What is wrong with a text, empty if nothing is.
+std::string fault_of_text(const Parameter& parameter, const json& value) {
+  if (!value.is_string()) return "expected a string, got " + std::string(value.type_name());
+  const std::size_t length = value.get_ref<const std::string&>().size();
+  if (length == 0) return "must not be empty";
+  if (length > parameter.longest)
+    return "must be at most " + std::to_string(parameter.longest) + " bytes long";
+  return "";
+}
+
+/// Appends what is wrong with a list of texts: of each member at its place, else of the whole list.
+void find_faults_of_text_list(const Parameter& parameter, const json& value, const std::string& pointer,
+                              std::vector<Fault>& faults) {
+  if (!value.is_array()) {
+    faults.push_back({pointer, "expected a list of strings, got " + std::string(value.type_name())});
+    return;
+  }
+  if (value.size() < parameter.fewest || value.size() > parameter.most)
+    faults.push_back({pointer, "must have " + std::to_string(parameter.fewest) + " to " +
+                                   std::to_string(parameter.most) + " members, got " +
+                                   std::to_string(value.size())});
+  for (std::size_t i = 0; i < std::min(value.size(), parameter.most); ++i)
+    if (std::string fault = fault_of_text(parameter, value[i]); !fault.empty())
+      faults.push_back({append_pointer(pointer, i), std::move(fault)});
+}
+
 /// Appends everything that is wrong with a value.
 void find_faults(const Parameter& parameter, const json& value, const std::string& pointer,
                  std::vector<Fault>& faults) {
@@ -127,6 +158,12 @@ void find_faults(const Parameter& parameter, const json& value, const std::strin
     case Kind::integer_set:
       find_faults_of_set(parameter, value, pointer, faults);
       break;
+    case Kind::text:
+      fault = fault_of_text(parameter, value);
+      break;
+    case Kind::text_list:
+      find_faults_of_text_list(parameter, value, pointer, faults);
+      break;
   }
   if (!fault.empty()) faults.push_back({pointer, std::move(fault)});
 }
@@ -145,6 +182,16 @@ json type_schema(const Parameter& parameter) {
               {"items", type_schema(member)},
               {"uniqueItems", true},
               {"minItems", parameter.fewest}};
+    }
+    case Kind::text:
+      return {{"type", "string"}, {"minLength", 1}, {"maxLength", parameter.longest}};
+    case Kind::text_list: {
+      Parameter member = parameter;
+      member.kind = Kind::text;
+      return {{"type", "array"},
+              {"items", type_schema(member)},
+              {"minItems", parameter.fewest},
+              {"maxItems", parameter.most}};
     }
     case Kind::number:
     case Kind::integer:
@@ -200,10 +247,21 @@ std::vector<int> Parameters::integer_set(std::string_view name) const {
   return field(name).get<std::vector<int>>();
 }
 
+std::string Parameters::text(std::string_view name) const {
+  return field(name).get<std::string>();
+}
+
+std::vector<std::string> Parameters::text_list(std::string_view name) const {
+  return field(name).get<std::vector<std::string>>();
+}
+
 ParameterTable::ParameterTable(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {
   constexpr double kLeast = std::numeric_limits<int>::min(), kMost = std::numeric_limits<int>::max();
   for (const Parameter& parameter : parameters_) {
     CHECK(parameter.choices.empty() != (parameter.kind == Kind::choice), parameter.name);
+    CHECK((parameter.longest == 0) != (parameter.kind == Kind::text || parameter.kind == Kind::text_list),
+          parameter.name);
+    CHECK((parameter.most == 0) != (parameter.kind == Kind::text_list), parameter.name);
     if (parameter.kind == Kind::integer_set)
       CHECK(parameter.minimum >= kLeast && parameter.maximum <= kMost, parameter.name);
     if (parameter.default_value.is_null()) continue;

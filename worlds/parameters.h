@@ -23,6 +23,8 @@ struct Parameter {
     boolean,
     choice,       ///< one of `choices`
     integer_set,  ///< a list of different integers, whose order means nothing
+    text,         ///< a string of at least one byte
+    text_list,    ///< a list of strings in order, each of at least one byte
   };
   std::string name{};
   Kind kind = Kind::number;
@@ -31,7 +33,9 @@ struct Parameter {
   double maximum = std::numeric_limits<double>::infinity();
   bool above_minimum = false;          ///< the minimum itself is refused
   std::vector<std::string> choices{};  ///< at least one, for a choice alone
-  std::size_t fewest = 0;              ///< members of a set
+  std::size_t fewest = 0;              ///< members of a set or list
+  std::size_t most = 0;                ///< members of a list; at least 1 for a list alone
+  std::size_t longest = 0;             ///< bytes of a text, or of each of a list; at least 1 for these alone
   std::string unit{};                  ///< "" for a pure number
   std::string summary{};
   std::string source{};  ///< where the default comes from: a section of the paper, or "chosen" and why
@@ -47,6 +51,8 @@ class Parameters {
   std::string choice(std::string_view name) const;
   /// In ascending order.
   std::vector<int> integer_set(std::string_view name) const;
+  std::string text(std::string_view name) const;
+  std::vector<std::string> text_list(std::string_view name) const;
   const nlohmann::json& document() const { return document_; }
 
  private:
@@ -63,8 +69,8 @@ class ParameterTable {
   /// Fills in the defaults and puts every set in ascending order, so that equal objects become equal
   /// documents. Appends a fault, with its JSON Pointer below `pointer`, for everything that is wrong: not an
   /// object, unknown fields, missing ones, wrong types, numbers out of range, members given twice. What a
-  /// faulty field holds in the result is its default; without one its minimum, false, its first choice or
-  /// the empty set. `ignored` names fields that the caller reads itself.
+  /// faulty field holds in the result is its default; without one its minimum, false, its first choice, the
+  /// empty set, text or list. `ignored` names fields that the caller reads itself.
   Parameters read(const nlohmann::json& object, std::string_view pointer, std::vector<Fault>& faults,
                   const std::vector<std::string>& ignored = {}) const;
 

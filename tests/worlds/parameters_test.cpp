@@ -319,5 +319,65 @@ TEST(Parameters, PlainNumbersReadAsAPersonWritesThem) {
   EXPECT_EQ(plain_number(-1e-6), "-1e-06");
 }
 
+// --- Texts ------------------------------------------------------------------------------------------
+
+const ParameterTable& texts() {
+  static const ParameterTable fields({
+      {.name = "word", .kind = Parameter::Kind::text, .longest = 4, .summary = "What it says"},
+      {.name = "lines",
+       .kind = Parameter::Kind::text_list,
+       .default_value = {"ab", "cd"},
+       .fewest = 1,
+       .most = 3,
+       .longest = 2,
+       .summary = "What it shows",
+       .source = "chosen"},
+  });
+  return fields;
+}
+
+std::multimap<std::string, std::string> faults_of_texts(const json& object) {
+  std::vector<Fault> faults;
+  texts().read(object, "/term", faults);
+  std::multimap<std::string, std::string> by_pointer;
+  for (const Fault& fault : faults)
+    by_pointer.emplace(fault.pointer, fault.detail);
+  return by_pointer;
+}
+
+TEST(Parameters, TextsAndListsOfTextsAreReadAsTheyStand) {
+  std::vector<Fault> faults;
+  const Parameters given = texts().read({{"word", "b, a"}, {"lines", {"z", "a", "z"}}}, "/term", faults);
+  EXPECT_TRUE(faults.empty());
+  EXPECT_EQ(given.text("word"), "b, a");
+  EXPECT_EQ(given.text_list("lines"), (std::vector<std::string>{"z", "a", "z"}));
+  EXPECT_EQ(texts().read({{"word", "a"}}, "/term", faults).text_list("lines"),
+            (std::vector<std::string>{"ab", "cd"}));
+  EXPECT_TRUE(faults.empty());
+}
+
+TEST(Parameters, FaultyTextsAreRefusedAtTheirPlace) {
+  for (const json& word : {json(""), json("abcde"), json(3), json(nullptr), json::array({"a"})})
+    EXPECT_EQ(pointers(faults_of_texts({{"word", word}})), std::vector<std::string>{"/term/word"}) << word;
+  EXPECT_EQ(pointers(faults_of_texts(json::object())), std::vector<std::string>{"/term/word"});
+  const auto faults_of_lines = [](const json& lines) {
+    return pointers(faults_of_texts({{"word", "a"}, {"lines", lines}}));
+  };
+  const std::vector<std::string> whole = {"/term/lines"};
+  for (const json& lines : {json("ab"), json::array(), json({"a", "a", "a", "a"}), json(nullptr)})
+    EXPECT_EQ(faults_of_lines(lines), whole) << lines;
+  EXPECT_EQ(faults_of_lines({"ab", 3, "abc"}), (std::vector<std::string>{"/term/lines/1", "/term/lines/2"}));
+}
+
+TEST(Parameters, TheSchemaOfTextsSaysTheirLengths) {
+  const json properties = texts().schema().at("properties");
+  EXPECT_EQ(properties.at("word"),
+            json({{"type", "string"}, {"minLength", 1}, {"maxLength", 4}, {"description", "What it says"}}));
+  EXPECT_EQ(properties.at("lines").at("items"),
+            json({{"type", "string"}, {"minLength", 1}, {"maxLength", 2}}));
+  EXPECT_EQ(properties.at("lines").at("minItems"), 1);
+  EXPECT_EQ(properties.at("lines").at("maxItems"), 3);
+}
+
 }  // namespace
 }  // namespace retake::tests
