@@ -80,9 +80,10 @@ void add_play_routes(HttpServer& server, Api& api) {
       const auto scenario = api.scenarios.find(id);
       const auto bytes = api.store.sample_animation(play->sample.id);
       if (!scenario || !bytes) throw not_found("scenario", id);
+      const Animation animation = decode_animation(*bytes);
       view["keyframes"] = keyframes_json(
-          decode_animation(*bytes),
-          keyframe_head(play->sample.id, std::string(scenario->world().name()), scenario->world().version()));
+          animation, keyframe_head(animation, play->sample.id, std::string(scenario->world().name()),
+                                   scenario->world().version()));
     }
     return json_response(view, 201);
   });

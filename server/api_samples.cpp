@@ -82,8 +82,9 @@ void add_sample_routes(HttpServer& server, Api& api) {
     const auto scenario = api.store.scenario(record.scenario);
     if (!scenario) throw not_found("sample", id);
     const Animation animation = decode(id, api.store.sample_animation(id), decode_animation);
-    HttpResponse response = json_response(keyframes_json(
-        animation, keyframe_head(id, scenario->world, scenario->world_version), static_cast<double>(rate)));
+    HttpResponse response = json_response(
+        keyframes_json(animation, keyframe_head(animation, id, scenario->world, scenario->world_version),
+                       static_cast<double>(rate)));
     response.etag = record.digest + "-" + std::to_string(rate);
     response.cache_control = "public, max-age=31536000, immutable";
     return response;

@@ -85,9 +85,10 @@ Animation resampled(const Animation& animation, double rate) {
 
 }  // namespace
 
-KeyframeHead keyframe_head(std::string sample, std::string world, int world_version) {
+KeyframeHead keyframe_head(const Animation& animation, std::string sample, std::string world,
+                           int world_version) {
   KeyframeHead head{.sample = std::move(sample), .world = std::move(world), .world_version = world_version};
-  if (const World* known = find_world(head.world)) head.viewpoint = known->viewpoint();
+  if (const World* known = find_world(head.world)) head.viewpoint = known->viewpoint(animation);
   return head;
 }
 

@@ -92,9 +92,10 @@ Exit sample(const SampleOptions& options) {
         view.erase(stored_only);
       if (!options.out.empty()) {
         const std::filesystem::path path = std::filesystem::path(options.out) / (each.record.id + ".json");
-        const KeyframeHead head =
-            keyframe_head(each.record.id, std::string(scenario->world().name()), scenario->world().version());
-        write_file(path, keyframes_json(decode_animation(each.animation), head, options.rate).dump());
+        const Animation animation = decode_animation(each.animation);
+        const KeyframeHead head = keyframe_head(
+            animation, each.record.id, std::string(scenario->world().name()), scenario->world().version());
+        write_file(path, keyframes_json(animation, head, options.rate).dump());
         view["file"] = path.string();
       }
       if (options.json)

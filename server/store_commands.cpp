@@ -107,10 +107,11 @@ Exit export_samples(const ExportOptions& options) {
   each_sample(store, scenario->id, [&](const SampleRecord& record) {
     const auto bytes = store.sample_animation(record.id);
     if (!bytes) return true;  // deleted meanwhile
-    const KeyframeHead head = keyframe_head(record.id, scenario->world, scenario->world_version);
+    const Animation animation = decode_animation(*bytes);
+    const KeyframeHead head = keyframe_head(animation, record.id, scenario->world, scenario->world_version);
     const std::filesystem::path path = std::filesystem::path(options.out) / (record.id + ".json");
     std::ofstream file(path, std::ios::binary);
-    file << keyframes_json(decode_animation(*bytes), head, options.rate).dump() << '\n';
+    file << keyframes_json(animation, head, options.rate).dump() << '\n';
     file.close();
     if (!file) throw std::runtime_error("cannot write " + path.string());
     return ++written != options.limit;

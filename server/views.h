@@ -49,7 +49,8 @@ struct KeyframeHead {
   std::optional<Viewpoint> viewpoint{};
 };
 /// With the viewpoint of the world, if this build knows it.
-KeyframeHead keyframe_head(std::string sample, std::string world, int world_version);
+KeyframeHead keyframe_head(const Animation& animation, std::string sample, std::string world,
+                           int world_version);
 /// The keyframe document retake.keyframes/1. `rate` 0 keeps the animation's own rate; another one resamples
 /// it.
 nlohmann::json keyframes_json(const Animation& animation, const KeyframeHead& head, double rate = 0);

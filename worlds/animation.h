@@ -54,6 +54,7 @@ struct Track {
   Pose start{};          ///< in which the animation begins
   Pose rest{};           ///< in which the animation ends; without frames unknown of what has toppled
   bool toppled = false;  ///< it has fallen over, or off what carried it, for good
+  std::optional<double> settled{};  ///< [s] when it came to rest, in `rest`, for good; none: not known
   Eigen::Matrix<double, 3, Eigen::Dynamic> positions;  ///< [m]
   Eigen::Matrix<double, 4, Eigen::Dynamic> rotations;  ///< x, y, z, w; successive ones in one hemisphere
 };

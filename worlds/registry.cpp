@@ -1,6 +1,7 @@
 // The worlds of this build: one line each.
 #include "worlds/ball2d/ball2d.h"
 #include "worlds/bowling/bowling.h"
+#include "worlds/spelling/spelling.h"
 #include "worlds/world.h"
 
 namespace retake {
@@ -9,6 +10,7 @@ const std::vector<const World*>& worlds() {
   static const std::vector<const World*> registered = {
       &ball2d::world(),
       &bowling::world(),
+      &spelling::world(),
   };
   return registered;
 }

@@ -58,7 +58,7 @@ void add_measures(std::vector<Measure>& measures, const std::vector<Measure>& mo
     const auto is_taken = [&](const Measure& other) { return other.name == unique; };
     for (int number = 2; std::any_of(measures.begin(), measures.end(), is_taken); ++number)
       unique = measure.name + "_" + std::to_string(number);
-    measures.push_back({.name = unique, .kind = measure.kind});
+    measures.push_back({.name = unique, .kind = measure.kind, .list = measure.list});
   }
 }
 
@@ -93,10 +93,12 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
   scenario->title_ = read_title(document, world->summary().substr(0, kLongestTitle), faults);
 
   // The model.
-  const auto given_model = document.find("model");
+  json fitted_model = document.value("model", json::object());
+  if (const auto wishes = document.find("constraints");
+      wishes != document.end() && wishes->is_array() && fitted_model.is_object())
+    world->fit_model(fitted_model, *wishes);
   const std::size_t faults_before = faults.size();
-  const Parameters model = world->model_parameters().read(
-      given_model == document.end() ? json::object() : *given_model, "/model", faults);
+  const Parameters model = world->model_parameters().read(fitted_model, "/model", faults);
   if (faults.size() == faults_before) scenario->scene_ = world->make_scene(model, faults);
   const bool model_is_sound = faults.size() == faults_before;
 

@@ -84,8 +84,17 @@ class World {
   virtual const std::vector<TermKind>& term_kinds() const = 0;
   /// Scenario documents that show the world; an empty store starts with them.
   virtual std::vector<nlohmann::json> examples() const = 0;
-  /// None: the viewer chooses by what moves.
-  virtual std::optional<Viewpoint> viewpoint() const { return std::nullopt; }
+  /// For one of its animations, which has frames. None: the viewer chooses by what moves.
+  virtual std::optional<Viewpoint> viewpoint(const Animation& shown) const {
+    (void)shown;
+    return std::nullopt;
+  }
+  /// Fits a scenario's model to its wishes before it is read: fills in defaults that depend on the
+  /// constraints. Called with an object and an array that may hold anything. A parameter that it fills in has
+  /// a default in model_parameters() too: that of a scenario without a wish.
+  virtual void fit_model(nlohmann::json& model, const nlohmann::json& constraints) const {
+    (void)model, (void)constraints;
+  }
   /// Appends faults, with pointers below "/model", for what only the parameters together can tell.
   virtual std::shared_ptr<const Scene> make_scene(const Parameters& model,
                                                   std::vector<Fault>& faults) const = 0;

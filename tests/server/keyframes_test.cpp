@@ -88,7 +88,7 @@ TEST(Keyframes, SayWhereToLookIfTheWorldDoes) {
 }
 
 TEST(Keyframes, AreMadeOfSamplesWhoseWorldIsNotInThisBuild) {
-  const KeyframeHead head = keyframe_head("chain-1", "chess", 3);
+  const KeyframeHead head = keyframe_head(ball_animation(), "chain-1", "chess", 3);
   EXPECT_EQ(head.sample, "chain-1");
   EXPECT_EQ(head.world, "chess");
   EXPECT_EQ(head.world_version, 3);

@@ -25,7 +25,7 @@ class StubWorld final : public World {
   const ParameterTable& model_parameters() const override { return model_; }
   const std::vector<TermKind>& term_kinds() const override { return terms_; }
   std::vector<nlohmann::json> examples() const override { return {}; }
-  std::optional<Viewpoint> viewpoint() const override {
+  std::optional<Viewpoint> viewpoint(const Animation&) const override {
     return Viewpoint{.center = {1, 2, 3}, .half_extents = {4, 5, 6.5}, .azimuth = -0.25, .elevation = 0.5};
   }
   std::shared_ptr<const Scene> make_scene(const Parameters& model,

@@ -133,7 +133,7 @@ class BowlingWorld final : public World {
     static const std::vector<TermKind> kinds = {pins_term()};
     return kinds;
   }
-  std::optional<Viewpoint> viewpoint() const override { return deck_viewpoint(); }
+  std::optional<Viewpoint> viewpoint(const Animation&) const override { return deck_viewpoint(); }
   std::vector<json> examples() const override {
     const json none = json::object();
     return {

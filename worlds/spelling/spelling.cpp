@@ -1,0 +1,167 @@
+// See spelling.h. The tables here are meant to be read beside section 5.3 and appendix B.1 of the paper.
+#include "worlds/spelling/spelling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "worlds/spelling/box.h"
+#include "worlds/spelling/marbles.h"
+#include "worlds/spelling/pour.h"
+#include "worlds/spelling/view.h"
+#include "worlds/spelling/wish.h"
+
+namespace retake::spelling {
+namespace {
+
+using nlohmann::json;
+
+const ParameterTable& model_table() {
+  static const impulse::Settings kEngine;
+  static const ParameterTable table({
+      {.name = "columns",
+       .kind = Parameter::Kind::integer,
+       .default_value = 7,
+       .minimum = 1,
+       .maximum = kMostColumns,
+       .summary = "Bins of the box from left to right",
+       .source = "5.3.1"},
+      {.name = "rows",
+       .kind = Parameter::Kind::integer,
+       .default_value = 5,
+       .minimum = 1,
+       .maximum = kMostRows,
+       .summary = "Bins of the box from far to near",
+       .source = "5.3.1"},
+      {.name = "balls",
+       .kind = Parameter::Kind::integer,
+       .default_value = 10,
+       .minimum = 1,
+       .maximum = kMostColumns * kMostRows,
+       .summary =
+           "How many balls there are at most, each of which takes part or not; by default as many as the "
+           "wish designates bins",
+       .source = "5.3: the minimum number required to form the word; ten without a wish chosen: HI's"},
+      {.name = "tessellation",
+       .kind = Parameter::Kind::integer,
+       .default_value = 2,
+       .minimum = 1,
+       .maximum = 4,
+       .summary = "Vertices that move on their own where partitions cross: 1, 2 or 4",
+       .source = "the paper does not say; 2 finds words fastest, measured"},
+      {.name = "interval",
+       .default_value = 0.15,
+       .minimum = 0.02,
+       .maximum = 2,
+       .unit = "s",
+       .summary = "From one ball's drop to the next one's, whether or not it takes part; whole milliseconds",
+       .source = "chosen: HI falls in two seconds"},
+      {.name = "restitution",
+       .default_value = kEngine.restitution,
+       .minimum = 0,
+       .maximum = 0.9,
+       .summary = "Share of its speed that a ball keeps where it bounces",
+       .source = "chosen: glass on wood"},
+      {.name = "friction",
+       .default_value = kEngine.friction,
+       .minimum = 0,
+       .maximum = 1,
+       .summary = "Friction between balls, and between ball and box",
+       .source = "chosen: glass on wood"},
+      {.name = "rolling_resistance",
+       .default_value = kEngine.rolling_resistance,
+       .minimum = 0.001,
+       .maximum = 0.1,
+       .summary = "Lever of the force that slows a rolling ball, in radii",
+       .source = "chosen: a ball comes to rest in a second"},
+  });
+  return table;
+}
+
+class SpellingScene final : public Scene {
+ public:
+  explicit SpellingScene(const Parameters& parameters)
+      : box_(std::make_shared<const Box>(static_cast<int>(parameters.integer("columns")),
+                                         static_cast<int>(parameters.integer("rows")),
+                                         static_cast<Tessellation>(parameters.integer("tessellation")))),
+        marbles_(std::make_shared<const MarbleModel>(*box_,
+                                                     static_cast<std::size_t>(parameters.integer("balls")))) {
+    settings_.engine.restitution = parameters.number("restitution");
+    settings_.engine.friction = parameters.number("friction");
+    settings_.engine.rolling_resistance = parameters.number("rolling_resistance");
+    settings_.interval_steps = std::llround(parameters.number("interval") / settings_.engine.time_step);
+  }
+
+  std::shared_ptr<const Model> model() const override { return marbles_->model(); }
+  KernelTable kernels(Ratios ratios) const override { return marbles_->kernels(ratios); }
+  std::vector<Measure> measures() const override { return pour_measures(marbles_->marble_count()); }
+  std::unique_ptr<Physics> make_physics() const override { return make_pours(marbles_, box_, settings_); }
+
+ private:
+  std::shared_ptr<const Box> box_;
+  std::shared_ptr<const MarbleModel> marbles_;
+  PourSettings settings_;
+};
+
+json example(const char* text, int columns, int rows) {
+  return {{"world", "spelling"},
+          {"title", std::string("Marbles that spell ") + text},
+          {"model", {{"columns", columns}, {"rows", rows}}},
+          {"constraints", {{{"kind", "spell"}, {"text", text}}}}};
+}
+
+class SpellingWorld final : public World {
+ public:
+  std::string_view name() const override { return "spelling"; }
+  int version() const override { return 1; }
+  std::string_view summary() const override {
+    return "Marbles poured into a box of bins: say which word they shall spell";
+  }
+  Method default_method() const override { return Method::metropolis; }
+  Savings savings() const override { return {.stops_early = true, .resumes = true}; }
+  const ParameterTable& model_parameters() const override { return model_table(); }
+  const std::vector<TermKind>& term_kinds() const override {
+    static const std::vector<TermKind> kinds = wish_terms();
+    return kinds;
+  }
+  std::vector<json> examples() const override {
+    return {example("HI", 7, 5), example("ACM", 15, 7), example("HOMEMADE", 40, 7)};
+  }
+  std::optional<Viewpoint> viewpoint(const Animation& shown) const override { return box_viewpoint(shown); }
+
+  /// As many balls as the largest wish designates bins; without a wish HI's, if there are so many bins.
+  void fit_model(json& model, const json& constraints) const override {
+    std::vector<Fault> faults;
+    const Parameters given = model_parameters().read(model, "", faults);
+    if (model.contains("balls") || !faults.empty()) return;
+    const int columns = static_cast<int>(given.integer("columns"));
+    const int rows = static_cast<int>(given.integer("rows"));
+    int balls = 0;
+    for (const json& constraint : constraints)
+      if (const auto pattern = designated_bins(constraint, columns, rows))
+        balls = std::max(balls, pattern->count());
+    model["balls"] = balls > 0 ? balls : std::min(static_cast<int>(given.integer("balls")), columns * rows);
+  }
+
+  std::shared_ptr<const Scene> make_scene(const Parameters& model,
+                                          std::vector<Fault>& faults) const override {
+    const std::size_t faults_before = faults.size();
+    const std::int64_t tessellation = model.integer("tessellation");
+    if (tessellation == 3) faults.push_back({"/model/tessellation", "must be 1, 2 or 4, got 3"});
+    const std::int64_t bins = model.integer("columns") * model.integer("rows");
+    if (model.integer("balls") > bins)
+      faults.push_back(
+          {"/model/balls", "must be at most as many as there are bins, " + std::to_string(bins)});
+    if (faults.size() > faults_before) return nullptr;
+    return std::make_shared<const SpellingScene>(model);
+  }
+};
+
+}  // namespace
+
+const World& world() {
+  static const SpellingWorld spelling_world;
+  return spelling_world;
+}
+
+}  // namespace retake::spelling
