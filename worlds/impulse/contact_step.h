@@ -26,39 +26,64 @@ bool overlap(const Settings& settings, const Eigen::Vector3d& a, const Eigen::Ve
 /// Thread safety: one thread at a time. Its memory is reused.
 class ContactStep {
  public:
-  /// What a step made of one sphere.
+  /// What a step makes of one sphere.
   struct Outcome {
     std::uint32_t body;
     std::uint32_t region;  ///< of the surface, where it looked for contacts
     SphereState state;
-    bool rests;  ///< from now on, for good; its velocities are then zero
+    bool touches = false;  ///< anything
+    bool rests = false;    ///< from now on, for good; its velocities are then zero
   };
-  /// An Impact without its step.
+  /// An Impact without its step. Of two spheres that move, both have one.
   struct Hit {
     std::uint32_t body;
     std::int32_t other;
-    double impulse;
-    Eigen::Vector3d point, normal;
+    double impulse;          ///< [N s]
+    Eigen::Vector3d point;   ///< [m]
+    Eigen::Vector3d normal;  ///< unit vector that pushes `body`
   };
 
   explicit ContactStep(const Settings& settings);
 
   void clear();
-  /// A sphere that moves; `fallen` is what `fall` gives. Requires: ascending bodies.
-  void add(std::uint32_t body, const SphereState& fallen);
-  /// Two that overlap, `second` a body that was added or one that rests at `place`.
-  /// Requires: ascending pairs (lower index, higher index), each once.
-  void add_pair(std::uint32_t a, std::uint32_t b);
-  void add_pair_with_resting(std::uint32_t body, std::uint32_t resting, const Eigen::Vector3d& place);
+  /// Adds a sphere that moves; `fallen` is what `fall` gives. Returns its place among the outcomes.
+  std::size_t add(std::uint32_t body, const SphereState& fallen);
+  /// Adds what two spheres at places `a` and `b` among the outcomes do to each other, or one and a sphere
+  /// that rests. Requires: they overlap; each pair once, ascending by the lower, then by the higher body; a
+  /// is the lower.
+  void add_pair(std::size_t a, std::size_t b);
+  void add_pair_with_resting(std::size_t a, std::uint32_t resting, const Eigen::Vector3d& place);
   void solve(const Surface& surface);
 
-  std::span<const Outcome> outcomes() const { return outcomes_; }  ///< by body
-  std::span<const Hit> hits() const { return hits_; }              ///< pairs first, then the surface
+  std::span<const Outcome> outcomes() const { return outcomes_; }  ///< as they were added
+  std::span<const Hit> hits() const { return hits_; }              ///< of pairs, then of the surface
 
  private:
+  struct Contact {
+    std::size_t first;       ///< place among the outcomes
+    std::size_t second;      ///< or kStill
+    std::int32_t other;      ///< the second body, or kSurface
+    double overlap;          ///< [m]
+    Eigen::Vector3d normal;  ///< unit vector that pushes the first
+    double impulse = 0;      ///< [m/s] along the normal: that of a sphere of mass 1
+    bool hits = false;
+  };
+  static constexpr std::size_t kStill = static_cast<std::size_t>(-1);
+
+  void add_contact(std::size_t a, std::size_t b, std::int32_t other, const Eigen::Vector3d& place);
+  void find_surface_contacts(const Surface& surface);
+  void resolve(Contact& contact, bool rebounds);
+  void separate(const Contact& contact);
+  void note_hit(const Contact& contact);
+  void settle(Outcome& outcome) const;
+
   Settings settings_;
+  double rest_speed_squared_;
+  std::int32_t rest_steps_;
   std::vector<Outcome> outcomes_;
+  std::vector<Contact> contacts_;
   std::vector<Hit> hits_;
+  SurfaceContacts found_;
 };
 
 }  // namespace retake::impulse

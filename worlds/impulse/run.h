@@ -89,6 +89,9 @@ struct Run : retake::Run {
 /// The first touches of a motion, by group.
 std::vector<FirstTouch> first_touches(const Motion& motion, const Surface& surface);
 
+/// Whether two impacts are the same in every bit.
+bool same_impact(const Impact& a, const Impact& b);
+
 /// Whether two motions are the same in every bit: states, impacts, meetings and stays.
 bool same_bits(const Motion& a, const Motion& b);
 

@@ -29,6 +29,9 @@ struct Settings {
   std::int32_t rest_steps() const;  ///< rest_time in steps
 };
 
+/// Whether two vectors are equal bit for bit; 0 and -0 differ.
+bool same_bits(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
+
 /// All that decides how a sphere goes on. How it is turned does not matter to a sphere; playback.h
 /// integrates that from the angular velocities.
 struct SphereState {
@@ -37,7 +40,6 @@ struct SphereState {
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< [rad/s]
   std::int32_t quiet_steps = 0;                                ///< successive steps slow and touching
 
-  /// Bit for bit; 0 and -0 differ.
   bool same_bits(const SphereState& other) const;
 };
 

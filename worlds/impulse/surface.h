@@ -20,6 +20,7 @@ struct SurfaceContact {
 /// At most eight, the deepest ones first.
 class SurfaceContacts {
  public:
+  static constexpr std::size_t kMost = 8;
   void clear() { count_ = 0; }
   bool full() const { return count_ == contacts_.size(); }
   /// Requires: not full().
@@ -27,7 +28,7 @@ class SurfaceContacts {
   std::span<const SurfaceContact> list() const { return {contacts_.data(), count_}; }
 
  private:
-  std::array<SurfaceContact, 8> contacts_;
+  std::array<SurfaceContact, kMost> contacts_;
   std::size_t count_ = 0;
 };
 

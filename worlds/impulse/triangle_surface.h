@@ -46,20 +46,28 @@ class TriangleIndex {
   const TriangleMesh& mesh() const { return mesh_; }
   double radius() const { return radius_; }
   std::uint32_t cell(const Eigen::Vector3d& centre) const;
-  std::span<const std::uint32_t> triangles(std::uint32_t cell) const { return of_cell(triangles_, cell); }
-  std::span<const std::uint32_t> groups(std::uint32_t cell) const { return of_cell(groups_, cell); }
+  std::span<const std::uint32_t> triangles(std::uint32_t cell) const { return list_of(triangles_, cell); }
+  std::span<const std::uint32_t> groups(std::uint32_t cell) const { return list_of(groups_, cell); }
   std::span<const std::uint32_t> triangles_of_group(std::uint32_t group) const {
-    return of_cell(group_triangles_, group);
+    return list_of(group_triangles_, group);
   }
 
  private:
+  static constexpr double kRounding = 1e-9;  ///< [m], far above what arithmetic loses
+
   struct Lists {
+    Lists() = default;
+    explicit Lists(const std::vector<std::vector<std::uint32_t>>& lists);
     std::vector<std::uint32_t> begin;  ///< of each list, and the end of the last one
     std::vector<std::uint32_t> items;
   };
-  static std::span<const std::uint32_t> of_cell(const Lists& lists, std::uint32_t which) {
+  static std::span<const std::uint32_t> list_of(const Lists& lists, std::uint32_t which) {
     return {lists.items.data() + lists.begin[which], lists.items.data() + lists.begin[which + 1]};
   }
+  std::uint32_t outside() const { return cells_[0] * cells_[1] * cells_[2]; }
+  /// How far a centre can be from a triangle as it was built and touch it [m].
+  double reach(bool moves) const;
+  bool reaches(const Eigen::Vector3d& low_of_cell, std::uint32_t triangle) const;
   void divide();
   void fill_cells();
   void list_groups();
@@ -85,16 +93,16 @@ class TriangleSurface final : public Surface {
                      SurfaceContacts& contacts) const override;
 
  private:
-  /// A triangle where it is now.
-  struct Placed {
+  struct Corners {
     Eigen::Vector3d a, ab, ac;  ///< [m] a corner, and from it to the others
-    Eigen::Vector3d normal;     ///< unit vector to the free side
   };
   void place(std::uint32_t triangle);
 
   std::shared_ptr<const TriangleIndex> index_;
   std::vector<Eigen::Vector3d> offsets_;
-  std::vector<Placed> placed_;
+  std::vector<Corners> corners_;  ///< of the triangles where they are now
+  std::vector<Plane> planes_;     ///< of the triangles where they are now
+  std::vector<std::uint32_t> moved_;
 };
 
 }  // namespace retake::impulse
