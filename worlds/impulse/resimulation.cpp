@@ -31,7 +31,7 @@ struct Actor {
   bool takes_part = false;
   bool is_new = false;  ///< takes part, other than in the record, or only there: changed from the start
   std::int64_t birth = 0;
-  Vector3d place;
+  Vector3d place = Vector3d::Zero();  ///< [m] of birth, then of rest
 
   std::shared_ptr<const Motion> script;  ///< null: there is none
   bool own_script = false;               ///< what this very body did in the record, at the same time
