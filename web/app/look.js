@@ -46,6 +46,30 @@ function octants(tone) {
   });
 }
 
+/** Twisted bands in clear glass, like those in a marble. @param {THREE.Color} tone */
+function swirls(tone) {
+  const clear = tone.clone().lerp(new THREE.Color("#ffffff"), 0.06);
+  const bands = [tone.clone().multiplyScalar(0.5), tone.clone().lerp(new THREE.Color("#ffffff"), 0.8), tone.clone().multiplyScalar(0.66)];
+  return painted(512, 256, (context) => {
+    const style = (color) => `#${color.getHexString()}`;
+    context.fillStyle = style(clear);
+    context.fillRect(0, 0, 512, 256);
+    context.filter = "blur(2px)";
+    bands.forEach((band, at) => {
+      context.fillStyle = style(band);
+      // Each band goes from pole to pole and turns on its way; what leaves the picture comes back in.
+      for (const around of [-512, 0, 512]) {
+        const left = (y) => around + 512 * (at / bands.length) + 150 * (y / 256) + 26 * Math.sin(y / 40 + 2 * at);
+        const width = (y) => 12 + 50 * Math.sin((Math.PI * y) / 256);
+        context.beginPath();
+        for (let y = 0; y <= 256; y += 8) context.lineTo(left(y), y);
+        for (let y = 256; y >= 0; y -= 8) context.lineTo(left(y) + width(y), y);
+        context.fill();
+      }
+    });
+  });
+}
+
 const luminance = ({ r, g, b }) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
 
 /** Boards side by side, each joined of pieces of slightly different tone. */
@@ -82,6 +106,7 @@ const validColor = (text) => (/^#[0-9a-f]{6}$/i.test(text ?? "") ? text : "#8a8f
 
 /** What a surface is like, by the body's name and shape. @param {import("./types.js").Body} body */
 function kindOf({ name, shape }) {
+  if (shape?.type === "sphere" && name?.startsWith("marble_")) return "glass";
   if (BOARDED.has(name)) return MIRROR.has(name) ? "varnished boards" : "boards";
   if (FLAT.has(name)) return "flat";
   return { sphere: "sphere", revolution: "revolution" }[shape?.type] ?? "plain";
@@ -100,6 +125,7 @@ export function surfaceOf(body) {
 
 function surface(kind, text) {
   const tone = new THREE.Color(text);
+  if (kind === "glass") return glass(tone, pattern(`swirls ${text}`, () => swirls(tone)));
   const map = kind === "sphere" ? pattern(`octants ${text}`, () => octants(tone)) : kind.includes("board") ? pattern("boards", boards) : null;
   const paint = kind === "sphere" ? "#ffffff" : text; // the octants have the colour in them
   if (kind === "revolution" || (kind === "sphere" && luminance(tone) < DARK)) return glossy(paint, map, luminance(tone) < LIGHT);
@@ -123,6 +149,19 @@ function glossy(paint, map, dark) {
     combine: dark ? THREE.AddOperation : THREE.MixOperation,
     reflectivity: dark ? 0.3 : 0.07,
     emissive: dark ? "#000000" : new THREE.Color(paint).multiplyScalar(0.09),
+  });
+}
+
+/** Coloured glass: bright from within, with the lights of a hall on it. @param {THREE.Color} tone @param {THREE.Texture} map */
+function glass(tone, map) {
+  return new THREE.MeshPhongMaterial({
+    map,
+    specular: "#8a8a8a",
+    shininess: 140,
+    envMap: (hallSeen ??= hall()),
+    combine: THREE.AddOperation,
+    reflectivity: 0.13,
+    emissive: tone.clone().multiplyScalar(0.16),
   });
 }
 

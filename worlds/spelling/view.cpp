@@ -19,7 +19,7 @@ constexpr double kWallThickness = 0.004;
 constexpr double kNearWall = 0.013;  // high, cut down so that it hides no bin
 constexpr double kBottom = -0.006;   // of the box, below its floors
 constexpr double kTableThickness = 0.01;
-constexpr double kTableMargin = 0.06;
+constexpr double kTableMargin = 2;
 constexpr double kPaint = 0.00005;  // by which marks lie above what they mark
 constexpr double kOnWall = 0.0001;  // from a wall at most, where a hit is the wall's
 
@@ -130,7 +130,7 @@ Viewpoint box_viewpoint(const Animation& animation) {
   return {.center = {0, kBoxDepth / 2, 0},
           .half_extents = {half.x() + rim, kBoxDepth / 2, half.z() + rim},
           .azimuth = 0,
-          .elevation = 0.95};
+          .elevation = 1.05};
 }
 
 }  // namespace retake::spelling
