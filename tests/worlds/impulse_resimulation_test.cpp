@@ -152,6 +152,27 @@ TEST(ImpulseResimulation, SwappedDropsThatMeetNobodyAreNotStepped) {
   EXPECT_EQ(second.motions[20], first.motions[3]);
 }
 
+/// A passer-by that meets another body of the same motion goes the same way, and knows whom it met.
+TEST(ImpulseResimulation, SwappedDropsOfOneTimeAreToldApartByThoseThatMeetThem) {
+  const Marbles marbles = hi();
+  Resimulation resimulation({}, marbles.box.make_surface());
+  RandomStream random = stream(522);
+  Scene scene = draw_scene(marbles, random);
+  scene.bodies.assign(4, std::nullopt);
+  scene.bodies[0] = Drop{0, {-0.05, spelling::kDropHeight, 0.001}};
+  scene.bodies[1] = Drop{0, {0.05, spelling::kDropHeight, 0.001}};
+  scene.bodies[3] = Drop{20, {-0.045, spelling::kDropHeight, 0.003}};  // follows body 0 down
+  impulse::Run first, second, scratch;
+  resimulation.simulate(scene, nullptr, &first);
+  ASSERT_FALSE(first.motions[3]->meetings.empty());
+  std::swap(scene.bodies[0]->place, scene.bodies[1]->place);
+  resimulation.simulate(scene, &first, &second);
+  resimulation.simulate(scene, nullptr, &scratch);
+  EXPECT_EQ(difference(second, scratch), "");
+  EXPECT_EQ(second.motions[3]->meetings.front().other, 1);
+  EXPECT_TRUE(second.motions[3]->states.back().same_bits(first.motions[3]->states.back()));
+}
+
 TEST(ImpulseResimulation, ARunThatIsStoppedEndsWhereItIsTold) {
   const Marbles marbles = hi();
   Resimulation resimulation({}, marbles.box.make_surface());
