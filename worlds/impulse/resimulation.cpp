@@ -82,7 +82,11 @@ class Resimulation::Simulation {
         surface_(std::move(surface)),
         contacts_(settings),
         resting_(4 * settings.radius),
-        followers_(4 * settings.radius) {}
+        followers_(4 * settings.radius) {
+    CHECK(settings.time_step > 0 && settings.radius > 0 && settings.density > 0);
+    CHECK(settings.rest_speed > settings.gravity * settings.time_step, settings.time_step);
+    CHECK(surface_ != nullptr);
+  }
 
   const Settings& settings() const { return settings_; }
   const Surface& surface() const { return *surface_; }
