@@ -211,6 +211,10 @@ TEST(ImpulseResimulation, WhatDoesNotRestIsUnsettledAndMayBeContinued) {
   const auto from_scratch = resimulation.simulate(scene, nullptr, &scratch);
   EXPECT_EQ(difference(whole, scratch), "");
   EXPECT_LT(outcome.body_steps, from_scratch.body_steps / 2);
+  // And back: what ends earlier is a part of the record.
+  scene.latest_step = 1600;
+  EXPECT_EQ(resimulation.simulate(scene, &whole, &scratch).body_steps, 0);
+  EXPECT_EQ(difference(scratch, cut), "");
 }
 
 // --- Determinism -------------------------------------------------------------------------------------------
