@@ -1,4 +1,4 @@
-"""Measures chains alone and behind the store, bowling throws, and the daemon while chains keep every core busy.
+"""Measures chains alone and behind the store, bowling throws, marbles, and the daemon while chains keep every core busy.
 
 Usage: bench.py BUILD_FOLDER [sampler] [--quick]. Prints one table; see README.md, "How fast it is". `sampler` measures
 what the methods of a chain are worth against each other instead.
@@ -75,6 +75,17 @@ def measure_bowling():
     })
 
 
+def measure_marbles():
+    measure_figures("bench_spelling", ["--quick"] if quick else [], {
+        "marbles, HI: full simulations": "300",
+        "marbles, HI: ours / Bullet": "8",
+        "marbles, ACM: full simulations": "90",
+        "marbles, ACM: ours / Bullet": "8",
+        "marbles, ACM: local re-simulation": "1",
+        "marbles, 81 in 40 x 7: local re-simulation": "2",
+    })
+
+
 def measure_daemon(folder):
     daemon = subprocess.Popen(
         [build / "retake", "serve", "--listen", "127.0.0.1:0", "--store", folder / "bench.db", "--threads", "2",
@@ -135,6 +146,7 @@ if "sampler" in sys.argv:
 else:
     measure_chains()
     measure_bowling()
+    measure_marbles()
     with tempfile.TemporaryDirectory() as temporary:
         measure_daemon(pathlib.Path(temporary))
 widths = [max(len(cells[k]) for cells in rows) for k in range(4)]

@@ -53,7 +53,7 @@ std::string change(const Marbles& marbles, Scene& scene, RandomStream& random) {
   const std::size_t count = scene.bodies.size();
   const auto any = [&] { return static_cast<std::size_t>(random.index(count)); };
   const std::size_t body = any(), other = any();
-  switch (random.index(14)) {
+  switch (random.index(15)) {
     case 0:
       scene.bodies[body].reset();
       return "remove " + std::to_string(body);
@@ -103,6 +103,13 @@ std::string change(const Marbles& marbles, Scene& scene, RandomStream& random) {
       for (Vector3d& offset : scene.offsets)
         offset = draw_offset(random);
       return "offset every group";
+    case 13:
+      if (count > 1 && random.bernoulli(0.5)) {
+        scene.bodies.pop_back();
+        return "one body less";
+      }
+      scene.bodies.push_back(draw_drop(marbles, count, random));
+      return "one body more";
     default:
       scene = draw_scene(marbles, random);
       if (random.index(3) == 0) scene.bodies.resize(count / 2);

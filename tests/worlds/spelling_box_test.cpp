@@ -39,7 +39,7 @@ TEST(SpellingBox, HasTheMeasuresOfTheAppendix) {
 
 TEST(SpellingBox, NumbersOfVertexGroupsAreThoseOfTheTessellation) {
   for (const auto& [columns, rows, one, two, four] :
-       {std::array{7, 5, 48, 96, 140}, {15, 7, 128, 256, 420}, {40, 7, 328, 656, 1120}, {1, 1, 4, 8, 4}}) {
+       {std::array{7, 5, 48, 96, 140}, {15, 7, 128, 256, 420}, {1, 1, 4, 8, 4}}) {
     EXPECT_EQ(Box(columns, rows, Tessellation::one).group_count(), static_cast<std::size_t>(one));
     EXPECT_EQ(Box(columns, rows, Tessellation::two).group_count(), static_cast<std::size_t>(two));
     EXPECT_EQ(Box(columns, rows, Tessellation::four).group_count(), static_cast<std::size_t>(four));

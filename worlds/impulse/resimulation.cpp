@@ -1,12 +1,8 @@
 // See resimulation.h.
 //
-// Every body has a script if the record holds one that begins as it does: its own motion, or that of another
-// body that was dropped at the same place. A body that is on its script has the script's state; it is
-// stepped all the same where its script may not hold:
-//   - where a vertex group that has an offset of its own now can matter;
-//   - where the script meets a body that is not what it was in the record (`changed`);
-//   - where it overlaps such a body, or anybody, if it is itself not what it was.
-// If that gives the script's next state, contacts and impacts, it stays; else it leaves the script.
+// A body that is on its script (cast.h) has the script's state. It is stepped all the same where its script
+// may not hold. If the step gives the script's next state, contacts and impacts, it stays; else it leaves the
+// script.
 #include "worlds/impulse/resimulation.h"
 
 #include <algorithm>
@@ -15,52 +11,14 @@
 #include <utility>
 
 #include "sampler/check.h"
+#include "worlds/impulse/cast.h"
 #include "worlds/impulse/column_grid.h"
 #include "worlds/impulse/contact_step.h"
-#include "worlds/impulse/motion_writer.h"
 
 namespace retake::impulse {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
-
-/// One body of a scene while it is simulated.
-struct Actor {
-  bool takes_part = false;
-  bool is_new = false;  ///< takes part, other than in the record, or only there: changed from the start
-  std::int64_t birth = 0;
-  Vector3d place = Vector3d::Zero();  ///< [m] of birth, then of rest
-
-  std::shared_ptr<const Motion> script;  ///< null: there is none
-  bool own_script = false;               ///< what this very body did in the record, at the same time
-  bool on_script = false;
-  /// Steps in which a body on its script has to be stepped next: [wake, wake_end).
-  std::int64_t wake = kNever, wake_end = kNever;
-
-  /// What it did so far, if it ever was off its script; up to where it joined it again if it is on it.
-  std::optional<MotionWriter> writer;
-
-  bool rests = false;
-  std::int64_t near_until = 0;  ///< until this step it may come near something changed that rests
-
-  // Of the current step.
-  std::int64_t searched = -1, joined = -1;  ///< the last steps in which it looked for contacts, and was found
-  SphereState fallen;
-  std::size_t outcome = 0;  ///< its place in the ContactStep
-  std::vector<std::int32_t> partners;
-  std::vector<Impact> impacts;
-
-  /// Whether others may not rely on what the record says of it.
-  bool changed() const { return is_new || (takes_part && !(on_script && own_script)); }
-  std::int32_t since_birth(std::int64_t step) const { return static_cast<std::int32_t>(step - birth); }
-  /// The step before which its script ends, in rest or because the record does.
-  std::int64_t script_end() const { return birth + script->step_count(); }
-  const SphereState& state(std::int64_t step) const {
-    return on_script ? script->states[static_cast<std::size_t>(step - birth)] : writer->state();
-  }
-};
 
 /// Two bodies that overlap; `first` moves.
 struct Pair {
@@ -68,10 +26,6 @@ struct Pair {
   bool second_rests;
   std::pair<std::uint32_t, std::uint32_t> key() const { return std::minmax(first, second); }
 };
-
-bool same_drop(const Drop& a, const Drop& b) {
-  return a.step == b.step && same_bits(a.place, b.place);
-}
 
 }  // namespace
 
@@ -82,7 +36,11 @@ class Resimulation::Simulation {
         surface_(std::move(surface)),
         contacts_(settings),
         resting_(4 * settings.radius),
-        followers_(4 * settings.radius) {}
+        followers_(4 * settings.radius) {
+    CHECK(settings.time_step > 0 && settings.radius > 0 && settings.density > 0);
+    CHECK(settings.rest_speed > settings.gravity * settings.time_step, settings.time_step);
+    CHECK(surface_ != nullptr);
+  }
 
   const Settings& settings() const { return settings_; }
   const Surface& surface() const { return *surface_; }
@@ -93,125 +51,25 @@ class Resimulation::Simulation {
     const bool stopped = !play(scene.latest_step, stop_when);
     const bool rests = !stopped && everything_rests();
     if (run != nullptr) write(scene, !stopped, rests, *run);
-    for (Actor& actor : actors_) {
-      actor.script.reset();
-      actor.writer.reset();
-    }
+    cast_.release();
     return {stopped ? RunEnd::stopped : rests ? RunEnd::rests : RunEnd::unsettled, body_steps_};
   }
 
  private:
-  // --- What has changed ------------------------------------------------------------------------------
-
   void prepare(const Scene& scene, const Run* record) {
+    surface_->set_offsets(scene.offsets);
+    cast_.assemble(scene, record, *surface_);
     step_ = 0;
     body_steps_ = 0;
     moving_.clear();
     resting_changed_.clear();
-    compare_offsets(scene, record);
-    surface_->set_offsets(scene.offsets);
-    cast(scene, record);
-    resting_.clear(actors_.size());
-    for (std::uint32_t body = 0; body < actors_.size(); ++body)
-      if (actors_[body].on_script) find_wake(actors_[body], actors_[body].birth);
+    resting_.clear(cast_.size());
     births_.clear();
-    for (std::uint32_t body = 0; body < scene.bodies.size(); ++body)
-      if (actors_[body].takes_part) births_.push_back(body);
+    for (std::uint32_t body = 0; body < cast_.size(); ++body)
+      if (cast_[body].takes_part) births_.push_back(body);
     std::stable_sort(births_.begin(), births_.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return actors_[a].birth < actors_[b].birth; });
+                     [&](std::uint32_t a, std::uint32_t b) { return cast_[a].birth < cast_[b].birth; });
     born_ = 0;
-  }
-
-  void compare_offsets(const Scene& scene, const Run* record) {
-    group_changed_.assign(scene.offsets.size(), false);
-    any_group_changed_ = false;
-    if (record == nullptr) return;
-    CHECK(record->scene.offsets.size() == scene.offsets.size());
-    for (std::size_t group = 0; group < scene.offsets.size(); ++group)
-      if (!same_bits(record->scene.offsets[group], scene.offsets[group]))
-        group_changed_[group] = any_group_changed_ = true;
-  }
-
-  /// Gives every body its script, if there is one.
-  void cast(const Scene& scene, const Run* record) {
-    const std::size_t recorded = record == nullptr ? 0 : record->scene.bodies.size();
-    actors_.resize(std::max(scene.bodies.size(), recorded));
-    loose_.clear();
-    for (std::uint32_t body = 0; body < actors_.size(); ++body) {
-      const std::optional<Drop> now = body < scene.bodies.size() ? scene.bodies[body] : std::nullopt;
-      const std::optional<Drop> then = body < recorded ? record->scene.bodies[body] : std::nullopt;
-      const bool same = now && then && same_drop(*now, *then);
-      Actor& actor = actors_[body];
-      actor = Actor{};
-      actor.takes_part = now.has_value();
-      actor.is_new = (now || then) && !same;
-      if (now) {
-        CHECK(now->step >= 0, now->step);
-        actor.birth = now->step;
-        actor.place = now->place;
-      }
-      if (same) actor.script = record->motions[body];
-      actor.own_script = actor.on_script = same;
-      if (then && !same) loose_.push_back(body);
-    }
-    // A drop that another body had.
-    for (Actor& actor : actors_) {
-      if (!actor.takes_part || actor.on_script) continue;
-      for (const std::uint32_t body : loose_)
-        if (same_bits(record->scene.bodies[body]->place, actor.place)) {
-          actor.script = record->motions[body];
-          actor.on_script = true;
-          break;
-        }
-    }
-  }
-
-  bool region_changed(std::uint32_t region) const {
-    const auto groups = surface_->groups(region);
-    return std::any_of(groups.begin(), groups.end(),
-                       [&](std::uint32_t group) { return group_changed_[group]; });
-  }
-
-  /// The next steps, from one on, in which a body on its script has to be stepped.
-  void find_wake(Actor& actor, std::int64_t from) const {
-    actor.wake = actor.wake_end = kNever;
-    const auto consider = [&](std::int64_t begin, std::int64_t end) {
-      begin = std::max(begin, from);
-      if (begin < end && begin < actor.wake) {
-        actor.wake = begin;
-        actor.wake_end = end;
-      }
-    };
-    const Motion& script = *actor.script;
-    for (const Meeting& meeting : script.meetings)
-      if (!actor.own_script || actors_[static_cast<std::size_t>(meeting.other)].changed())
-        consider(actor.birth + meeting.begin, actor.birth + meeting.end);
-    if (any_group_changed_)
-      for (std::size_t i = 0; i < script.stays.size(); ++i) {
-        const bool last = i + 1 == script.stays.size();
-        const std::int64_t begin = actor.birth + script.stays[i].begin,
-                           end = last ? actor.script_end() : actor.birth + script.stays[i + 1].begin;
-        if (end <= from || !region_changed(script.stays[i].region)) continue;
-        consider(begin, end);
-        break;
-      }
-    // The record ended before it was at rest.
-    if (!script.rests) consider(actor.script_end(), kNever);
-  }
-
-  /// Those whose scripts meet a body may not rely on it any more.
-  void warn_of(std::uint32_t changed, std::int64_t from) {
-    for (Actor& actor : actors_) {
-      if (!actor.on_script || !actor.own_script || actor.rests) continue;
-      for (const Meeting& meeting : actor.script->meetings) {
-        if (meeting.other != static_cast<std::int32_t>(changed)) continue;
-        const std::int64_t begin = std::max(actor.birth + meeting.begin, from),
-                           end = actor.birth + meeting.end;
-        if (begin >= end || begin >= actor.wake) continue;
-        actor.wake = begin;
-        actor.wake_end = end;
-      }
-    }
   }
 
   // --- Time ------------------------------------------------------------------------------------------
@@ -237,12 +95,12 @@ class Resimulation::Simulation {
     return true;
   }
 
-  std::int64_t next_birth() const { return born_ < births_.size() ? actors_[births_[born_]].birth : kNever; }
+  std::int64_t next_birth() const { return born_ < births_.size() ? cast_[births_[born_]].birth : kNever; }
 
   bool give_birth() {
     bool any = false;
     for (; next_birth() == step_; ++born_, any = true) {
-      Actor& actor = actors_[births_[born_]];
+      Actor& actor = cast_[births_[born_]];
       if (!actor.on_script) actor.writer.emplace(SphereState{.position = actor.place});
       moving_.push_back(births_[born_]);
     }
@@ -256,20 +114,20 @@ class Resimulation::Simulation {
     next_rest_ = kNever;
     std::int64_t next_wake = kNever;
     for (const std::uint32_t body : moving_) {
-      const Actor& actor = actors_[body];
+      const Actor& actor = cast_[body];
       if (!actor.on_script) continue;
       if (actor.script->rests) next_rest_ = std::min(next_rest_, actor.script_end());
       next_wake = std::min(next_wake, actor.wake);
     }
     const bool all_follow = std::all_of(moving_.begin(), moving_.end(),
-                                        [&](std::uint32_t body) { return !actors_[body].changed(); });
+                                        [&](std::uint32_t body) { return !cast_[body].changed(); });
     // Nobody is looked at more closely before the next wake, where nothing changed is about.
     const bool quiet = all_follow && resting_changed_.empty();
     horizon_ = quiet && next_wake > step_ ? next_wake : step_ + Motion::kBlock;
     attentive_.clear();
     if (quiet && next_wake > step_) return;
     for (const std::uint32_t body : moving_) {
-      Actor& actor = actors_[body];
+      Actor& actor = cast_[body];
       if (!actor.changed() && comes_near_changed(actor)) actor.near_until = horizon_;
       if (actor.changed() || actor.near_until > step_ || actor.wake < horizon_) attentive_.push_back(body);
     }
@@ -281,7 +139,7 @@ class Resimulation::Simulation {
     if (resting_changed_.empty()) return false;
     const Motion::Bounds bounds = bounds_ahead(actor);
     return std::any_of(resting_changed_.begin(), resting_changed_.end(), [&](std::uint32_t body) {
-      const Vector3d& place = actors_[body].place;
+      const Vector3d& place = cast_[body].place;
       return (place.array() > bounds.low.array()).all() && (place.array() < bounds.high.array()).all();
     });
   }
@@ -306,8 +164,8 @@ class Resimulation::Simulation {
   void place_followers() {
     followers_.clear(moving_.size());
     for (const std::uint32_t body : moving_) {
-      if (actors_[body].changed()) continue;
-      const Motion::Bounds bounds = bounds_ahead(actors_[body]);
+      if (cast_[body].changed()) continue;
+      const Motion::Bounds bounds = bounds_ahead(cast_[body]);
       followers_.insert(body, bounds.low, bounds.high);
     }
   }
@@ -319,21 +177,21 @@ class Resimulation::Simulation {
     search();
     contacts_.clear();
     for (const std::uint32_t body : members_) {
-      Actor& actor = actors_[body];
+      Actor& actor = cast_[body];
       if (actor.on_script && actor.partners.empty() && actor.wake > step_) continue;
       actor.outcome = contacts_.add(body, actor.fallen);
     }
     if (contacts_.outcomes().empty()) return false;
     for (const Pair& pair : pairs_) {
       if (pair.second_rests)
-        contacts_.add_pair_with_resting(actors_[pair.first].outcome, pair.second, actors_[pair.second].place);
+        contacts_.add_pair_with_resting(cast_[pair.first].outcome, pair.second, cast_[pair.second].place);
       else
-        contacts_.add_pair(actors_[pair.first].outcome, actors_[pair.second].outcome);
+        contacts_.add_pair(cast_[pair.first].outcome, cast_[pair.second].outcome);
     }
     contacts_.solve(*surface_);
     body_steps_ += static_cast<std::int64_t>(contacts_.outcomes().size());
     for (const ContactStep::Hit& hit : contacts_.hits()) {
-      Actor& actor = actors_[hit.body];
+      Actor& actor = cast_[hit.body];
       actor.impacts.push_back({actor.since_birth(step_), hit.other, hit.impulse, hit.point, hit.normal});
     }
     bool any = false;
@@ -347,7 +205,7 @@ class Resimulation::Simulation {
     members_.clear();
     pairs_.clear();
     for (const std::uint32_t body : attentive_) {
-      Actor& actor = actors_[body];
+      Actor& actor = cast_[body];
       if (!actor.changed() && actor.near_until <= step_ && actor.wake > step_) continue;
       actor.searched = step_;
       join(body);
@@ -361,14 +219,14 @@ class Resimulation::Simulation {
                              [](const Pair& a, const Pair& b) { return a.key() == b.key(); }),
                  pairs_.end());
     for (const Pair& pair : pairs_) {
-      actors_[pair.first].partners.push_back(static_cast<std::int32_t>(pair.second));
-      if (!pair.second_rests) actors_[pair.second].partners.push_back(static_cast<std::int32_t>(pair.first));
+      cast_[pair.first].partners.push_back(static_cast<std::int32_t>(pair.second));
+      if (!pair.second_rests) cast_[pair.second].partners.push_back(static_cast<std::int32_t>(pair.first));
     }
     std::sort(members_.begin(), members_.end());
   }
 
   void join(std::uint32_t body) {
-    Actor& actor = actors_[body];
+    Actor& actor = cast_[body];
     actor.joined = step_;
     actor.fallen = fall(settings_, actor.state(step_));
     actor.partners.clear();
@@ -381,13 +239,13 @@ class Resimulation::Simulation {
     if (members_.size() < 2) return;
     order_.clear();
     for (const std::uint32_t body : members_)
-      order_.push_back({actors_[body].fallen.position.x(), body});
+      order_.push_back({cast_[body].fallen.position.x(), body});
     std::sort(order_.begin(), order_.end());
     for (std::size_t i = 0; i < order_.size(); ++i) {
       const double reach = order_[i].first + 2 * settings_.radius + kRounding;
       for (std::size_t j = i + 1; j < order_.size() && order_[j].first < reach; ++j) {
         const auto [low, high] = std::minmax(order_[i].second, order_[j].second);
-        if (overlap(settings_, actors_[low].fallen.position, actors_[high].fallen.position))
+        if (overlap(settings_, cast_[low].fallen.position, cast_[high].fallen.position))
           pairs_.push_back({low, high, false});
       }
     }
@@ -395,12 +253,12 @@ class Resimulation::Simulation {
 
   /// Pairs with those at rest, and with those that follow their scripts, which join.
   void look_around(std::uint32_t body) {
-    const Vector3d place = actors_[body].fallen.position;
+    const Vector3d place = cast_[body].fallen.position;
     resting_.for_each(place, [&](std::uint32_t other) {
-      if (overlap(settings_, place, actors_[other].place)) pairs_.push_back({body, other, true});
+      if (overlap(settings_, place, cast_[other].place)) pairs_.push_back({body, other, true});
     });
     followers_.for_each(place, [&](std::uint32_t other) {
-      Actor& actor = actors_[other];
+      Actor& actor = cast_[other];
       if (other == body || actor.searched == step_) return;
       if (actor.joined != step_) {
         if (!overlap(settings_, place, fallen_position(settings_, actor.state(step_)))) return;
@@ -414,7 +272,7 @@ class Resimulation::Simulation {
 
   /// Writes down what a step made of a body. True if it left or joined its script.
   bool take(const ContactStep::Outcome& outcome) {
-    Actor& actor = actors_[outcome.body];
+    Actor& actor = cast_[outcome.body];
     const std::int32_t k = actor.since_birth(step_);
     const MotionWriter::Step step{.state = outcome.state,
                                   .region = outcome.region,
@@ -423,7 +281,7 @@ class Resimulation::Simulation {
                                   .rests = outcome.rests};
     const bool leaves = actor.on_script && !has_step(*actor.script, k, step);
     if (actor.on_script && !leaves) {
-      if (step_ + 1 >= actor.wake_end) find_wake(actor, step_ + 1);
+      if (step_ + 1 >= actor.wake_end) cast_.find_wake(actor, step_ + 1);
       return false;
     }
     if (leaves) leave_script(outcome.body, k);
@@ -432,18 +290,18 @@ class Resimulation::Simulation {
     const bool joins = actor.script && reaches_script(actor, k + 1, outcome);
     if (joins) {
       actor.on_script = true;
-      find_wake(actor, step_ + 1);
+      cast_.find_wake(actor, step_ + 1);
     }
     return leaves || joins;
   }
 
   void leave_script(std::uint32_t body, std::int32_t k) {
-    Actor& actor = actors_[body];
+    Actor& actor = cast_[body];
     const bool was_changed = actor.changed();
     if (!actor.writer) actor.writer.emplace();
     actor.writer->copy(*actor.script, k);
     actor.on_script = false;
-    if (!was_changed) warn_of(body, step_ + 1);
+    if (!was_changed) cast_.warn_of(body, step_ + 1);
   }
 
   /// Whether the state in which a step leaves a body is what its script has then.
@@ -458,12 +316,12 @@ class Resimulation::Simulation {
     any_rests_ = false;
     bool goes_on = true;
     const auto rests_now = [&](std::uint32_t body) {
-      const Actor& actor = actors_[body];
+      const Actor& actor = cast_[body];
       return actor.on_script ? actor.script->rests && actor.script_end() == step_ : actor.writer->rests();
     };
     for (const std::uint32_t body : moving_) {
       if (!rests_now(body)) continue;
-      Actor& actor = actors_[body];
+      Actor& actor = cast_[body];
       actor.rests = true;
       actor.place = actor.state(step_).position;
       const Vector3d reach = Vector3d::Constant(2 * settings_.radius + kRounding);
@@ -471,15 +329,14 @@ class Resimulation::Simulation {
       if (actor.changed()) resting_changed_.push_back(body);
       goes_on = goes_on && !(stop_when && stop_when({body, step_, actor.place}));
     }
-    std::erase_if(moving_, [&](std::uint32_t body) { return actors_[body].rests; });
+    std::erase_if(moving_, [&](std::uint32_t body) { return cast_[body].rests; });
     return goes_on;
   }
 
   // --- What came of it -------------------------------------------------------------------------------
 
   bool everything_rests() const {
-    return std::all_of(actors_.begin(), actors_.end(),
-                       [](const Actor& actor) { return !actor.takes_part || actor.rests; });
+    return std::all_of(births_.begin(), births_.end(), [&](std::uint32_t body) { return cast_[body].rests; });
   }
 
   void write(const Scene& scene, bool complete, bool rests, Run& run) {
@@ -489,7 +346,7 @@ class Resimulation::Simulation {
     run.motions.assign(scene.bodies.size(), nullptr);
     if (!complete) return;
     for (std::size_t body = 0; body < scene.bodies.size(); ++body)
-      if (actors_[body].takes_part) run.motions[body] = motion_of(actors_[body], scene.latest_step);
+      if (cast_[body].takes_part) run.motions[body] = motion_of(cast_[body], scene.latest_step);
   }
 
   std::shared_ptr<const Motion> motion_of(Actor& actor, std::int64_t latest) {
@@ -511,10 +368,7 @@ class Resimulation::Simulation {
   std::unique_ptr<Surface> surface_;
   ContactStep contacts_;
 
-  std::vector<Actor> actors_;        ///< by body
-  std::vector<bool> group_changed_;  ///< by vertex group
-  bool any_group_changed_ = false;
-  std::vector<std::uint32_t> loose_;   ///< bodies whose drop in the record is no longer theirs
+  Cast cast_;
   std::vector<std::uint32_t> births_;  ///< in order of time
   std::size_t born_ = 0;               ///< how many of births_
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <limits>
 
 #include <Eigen/Geometry>
 
@@ -19,6 +19,7 @@ constexpr std::size_t kMostFound = 16;   // chosen: twice what is ever kept
 constexpr double kSameNormal = 0.9999;   // cosine; contacts whose normals are closer are one
 constexpr double kSamePlane = 1e-6;      // [m]; an edge as near to a touched face belongs to it
 constexpr double kSmallestArea = 1e-12;  // [m2]
+constexpr double kRounding = 1e-9;       // [m], far above what arithmetic loses
 
 /// A point of a triangle, and whether it lies on none of its edges.
 struct Closest {
@@ -49,6 +50,35 @@ Closest closest_point(const Vector3d& a, const Vector3d& ab, const Vector3d& ac,
   const double scale = 1 / (va + vb + vc);
   return {a + vb * scale * ab + vc * scale * ac, true};
 }
+
+/// From where a triangle can be touched: by the box around it and by its plane.
+struct Neighbourhood {
+  Neighbourhood(const TriangleMesh& mesh, std::uint32_t triangle, double furthest, bool moves)
+      : reach(furthest) {
+    const auto& [first, second, third] = mesh.triangles[triangle];
+    const Vector3d &a = mesh.vertices[first].place, &b = mesh.vertices[second].place,
+                   &c = mesh.vertices[third].place;
+    const Vector3d cross = (b - a).cross(c - a);
+    CHECK(cross.norm() > 2 * kSmallestArea, triangle);
+    low = a.cwiseMin(b).cwiseMin(c);
+    high = a.cwiseMax(b).cwiseMax(c);
+    normal = cross.normalized();
+    distance = normal.dot(a);
+    // What never moves is not touched from behind.
+    behind = moves ? reach : kRounding;
+    extent = normal.cwiseAbs().sum() * TriangleIndex::kCell / 2;
+  }
+  /// Whether a sphere whose centre is in the cell around a place can touch it.
+  bool meets(const Vector3d& place) const {
+    const Vector3d half = Vector3d::Constant(TriangleIndex::kCell / 2);
+    const Vector3d gap = (low - place - half).cwiseMax(place - half - high).cwiseMax(Vector3d::Zero());
+    const double height = normal.dot(place) - distance;
+    return gap.squaredNorm() <= reach * reach && height <= reach + extent && height >= -behind - extent;
+  }
+
+  Vector3d low, high, normal;
+  double distance, reach, behind, extent;  // [m]
+};
 
 /// A contact before those that are one are told apart.
 struct Found {
@@ -133,70 +163,50 @@ std::uint32_t TriangleIndex::cell(const Vector3d& centre) const {
   return (at[1] * cells_[2] + at[2]) * cells_[0] + at[0];
 }
 
-/// Whether a sphere whose centre is in a cell can reach a triangle, by the triangle's box and plane.
-bool TriangleIndex::reaches(const Vector3d& low_of_cell, std::uint32_t triangle) const {
-  const auto& corners = mesh_.triangles[triangle];
-  const Vector3d &a = mesh_.vertices[corners[0]].place, &b = mesh_.vertices[corners[1]].place,
-                 &c = mesh_.vertices[corners[2]].place;
-  const bool moves = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) {
-    return mesh_.vertices[corner].group.has_value();
-  });
-  const Vector3d half = Vector3d::Constant(kCell / 2), centre = low_of_cell + half;
-
-  // Distance of the two boxes.
-  const Vector3d low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
-  const Vector3d gap = (low - centre - half).cwiseMax(centre - half - high).cwiseMax(Vector3d::Zero());
-  if (gap.norm() > reach(moves)) return false;
-
-  // Distance of the cell from the plane. What never moves is not touched from behind either.
-  const Vector3d cross = (b - a).cross(c - a);
-  CHECK(cross.norm() > 2 * kSmallestArea, triangle);
-  const Vector3d normal = cross.normalized();
-  const double distance = normal.dot(centre - a), extent = normal.cwiseAbs().dot(half) + kRounding;
-  if (distance - extent > reach(moves)) return false;
-  return distance + extent >= (moves ? -reach(moves) : 0);
-}
-
 void TriangleIndex::fill_cells() {
   std::vector<std::vector<std::uint32_t>> of_cell(outside() + 1);
   for (std::uint32_t triangle = 0; triangle < mesh_.triangles.size(); ++triangle) {
+    const Neighbourhood near(mesh_, triangle, reach(moves(triangle)), moves(triangle));
     // The cells around the triangle's box.
-    Vector3d low = mesh_.vertices[mesh_.triangles[triangle][0]].place, high = low;
-    for (const std::uint32_t corner : mesh_.triangles[triangle]) {
-      low = low.cwiseMin(mesh_.vertices[corner].place);
-      high = high.cwiseMax(mesh_.vertices[corner].place);
-    }
     std::array<std::uint32_t, 3> from, to;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<Eigen::Index>(axis);
-      const double first = (low[i] - reach(true) - corner_[i]) / kCell - 1;
-      const double last = (high[i] + reach(true) - corner_[i]) / kCell + 1;
+      const double first = (near.low[i] - near.reach - corner_[i]) / kCell - 1;
+      const double last = (near.high[i] + near.reach - corner_[i]) / kCell + 1;
       from[axis] = static_cast<std::uint32_t>(std::max(0.0, first));
       to[axis] = std::min(cells_[axis] - 1, static_cast<std::uint32_t>(last));
     }
     for (std::uint32_t y = from[1]; y <= to[1]; ++y)
       for (std::uint32_t z = from[2]; z <= to[2]; ++z)
         for (std::uint32_t x = from[0]; x <= to[0]; ++x)
-          if (reaches(corner_ + kCell * Vector3d(x, y, z), triangle))
+          if (near.meets(corner_ + kCell * Vector3d(x + 0.5, y + 0.5, z + 0.5)))
             of_cell[(y * cells_[2] + z) * cells_[0] + x].push_back(triangle);
   }
   triangles_ = Lists(of_cell);
 }
 
+bool TriangleIndex::moves(std::uint32_t triangle) const {
+  const auto& corners = mesh_.triangles[triangle];
+  return std::any_of(corners.begin(), corners.end(),
+                     [&](std::uint32_t corner) { return mesh_.vertices[corner].group.has_value(); });
+}
+
 void TriangleIndex::list_groups() {
-  std::vector<std::vector<std::uint32_t>> groups(mesh_.group_count), of_cell(outside() + 1);
+  std::vector<std::vector<std::uint32_t>> triangles_of(mesh_.group_count), of_cell(outside() + 1);
   for (std::uint32_t triangle = 0; triangle < mesh_.triangles.size(); ++triangle)
     for (const std::uint32_t corner : mesh_.triangles[triangle])
-      if (const auto& group = mesh_.vertices[corner].group)
-        if (groups[*group].empty() || groups[*group].back() != triangle) groups[*group].push_back(triangle);
+      if (const auto& group = mesh_.vertices[corner].group) triangles_of[*group].push_back(triangle);
+  for (auto& list : triangles_of)
+    list.erase(std::unique(list.begin(), list.end()), list.end());
   for (std::uint32_t cell = 0; cell < of_cell.size(); ++cell) {
-    std::set<std::uint32_t> met;
+    auto& list = of_cell[cell];
     for (const std::uint32_t triangle : triangles(cell))
       for (const std::uint32_t corner : mesh_.triangles[triangle])
-        if (const auto& group = mesh_.vertices[corner].group) met.insert(*group);
-    of_cell[cell].assign(met.begin(), met.end());
+        if (const auto& group = mesh_.vertices[corner].group) list.push_back(*group);
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
   }
-  group_triangles_ = Lists(groups);
+  group_triangles_ = Lists(triangles_of);
   groups_ = Lists(of_cell);
 }
 
