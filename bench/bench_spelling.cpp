@@ -90,15 +90,14 @@ void bench_full(const Case& what, const Extent& extent) {
   }
   const double own_count = extent.rounds * extent.simulations, naive_count = extent.rounds * extent.naive;
   const double rate = own_count / own_seconds, naive_rate = naive_count / naive_seconds;
-  print_figure("marbles, " + what.name + ": full simulations", rate, "simulations/s");
-  print_figure("marbles, " + what.name + ": on Bullet at 240 Hz", naive_rate, "simulations/s");
-  print_figure("marbles, " + what.name + ": ours / Bullet", rate / naive_rate, "ratio");
-  print_figure("marbles, " + what.name + ": a step of one marble",
-               own_seconds / static_cast<double>(steps) * 1e9, "ns");
+  const std::string name = "marbles, " + what.name + ": ";
+  print_figure(name + "full simulations", rate, "simulations/s");
+  print_figure(name + "on Bullet at 240 Hz", naive_rate, "simulations/s");
+  print_figure(name + "ours / Bullet", rate / naive_rate, "ratio");
+  print_figure(name + "a step of one marble", own_seconds / static_cast<double>(steps) * 1e9, "ns");
   const double all = static_cast<double>(what.marbles) / 100;
-  print_figure("marbles, " + what.name + ": at rest in a bin, ours", own_in_bins / own_count / all, "%");
-  print_figure("marbles, " + what.name + ": at rest in a bin, Bullet", naive_in_bins / naive_count / all,
-               "%");
+  print_figure(name + "at rest in a bin, ours", own_in_bins / own_count / all, "%");
+  print_figure(name + "at rest in a bin, Bullet", naive_in_bins / naive_count / all, "%");
 }
 
 /// What a chain does to one scene.
@@ -129,27 +128,24 @@ void bench_local(const Case& what, const Extent& extent) {
   impulse::Scene scene = draw_scene(what, 0);
   impulse::Run current, changed;
   resimulation.simulate(scene, nullptr, &current);
-  std::array<double, kMoves.size()> seconds{};
-  std::int64_t steps = 0;
+  std::array<double, kMoves.size()> seconds{}, steps{};
   RandomStream random({.seed = kSeed, .purpose = Purpose::proposal});
   for (int i = 0; i < extent.moves; ++i)
     for (std::size_t kind = 0; kind < kMoves.size(); ++kind) {
       kMoves[kind].change(what, scene, random);
       const double begin = cpu_seconds();
-      steps += resimulation.simulate(scene, &current, &changed).body_steps;
+      steps[kind] += static_cast<double>(resimulation.simulate(scene, &current, &changed).body_steps);
       std::swap(current, changed);
       seconds[kind] += cpu_seconds() - begin;
     }
+  const std::string name = "marbles, " + what.name + ": ";
   double all = 0;
   for (std::size_t kind = 0; kind < kMoves.size(); ++kind) {
-    print_figure("marbles, " + what.name + ": " + kMoves[kind].name, seconds[kind] / extent.moves * 1e3,
-                 "ms");
-    all += seconds[kind];
+    print_figure(name + kMoves[kind].name, seconds[kind] / extent.moves * 1e3, "ms");
+    print_figure(name + kMoves[kind].name + ", steps of one marble", steps[kind] / extent.moves, "steps");
+    all += seconds[kind] / extent.moves / static_cast<double>(kMoves.size());
   }
-  const double moves = extent.moves * static_cast<double>(kMoves.size());
-  print_figure("marbles, " + what.name + ": local re-simulation, mean of the three", all / moves * 1e3, "ms");
-  print_figure("marbles, " + what.name + ": steps of one marble in it", static_cast<double>(steps) / moves,
-               "steps");
+  print_figure(name + "local re-simulation, mean of the three", all * 1e3, "ms");
 }
 
 }  // namespace

@@ -117,6 +117,25 @@ TEST(ImpulseResimulation, AChangeThatChangesNothingSharesEveryMotion) {
   EXPECT_EQ(first.motions, second.motions);
 }
 
+/// What a change costs does not grow with the number of marbles.
+TEST(ImpulseResimulation, ARedrawnDropStepsFewOfManyMarbles) {
+  const Marbles marbles = long_word();
+  Resimulation resimulation({}, marbles.box.make_surface());
+  RandomStream random = stream(523);
+  Scene scene = draw_scene(marbles, random);
+  impulse::Run current, changed;
+  const auto full = resimulation.simulate(scene, nullptr, &current);
+  constexpr int kMoves = 40;
+  std::int64_t steps = 0;
+  for (int i = 0; i < kMoves; ++i) {
+    const std::size_t body = random.index(marbles.count);
+    scene.bodies[body] = draw_drop(marbles, body, random);
+    steps += resimulation.simulate(scene, &current, &changed).body_steps;
+    std::swap(current, changed);
+  }
+  EXPECT_LT(steps / kMoves, 3 * full.body_steps / static_cast<std::int64_t>(marbles.count));
+}
+
 TEST(ImpulseResimulation, AnUndoneChangeGivesTheFirstRunBack) {
   const Marbles marbles = acm();
   Resimulation resimulation({}, marbles.box.make_surface());

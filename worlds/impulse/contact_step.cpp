@@ -27,23 +27,6 @@ void slow_down(Vector3d& angular_velocity, double change) {
 
 }  // namespace
 
-SphereState fall(const Settings& settings, const SphereState& state) {
-  SphereState fallen = state;
-  fallen.linear_velocity.y() -= settings.gravity * settings.time_step;
-  fallen.position += settings.time_step * fallen.linear_velocity;
-  return fallen;
-}
-
-Vector3d fallen_position(const Settings& settings, const SphereState& state) {
-  Vector3d velocity = state.linear_velocity;
-  velocity.y() -= settings.gravity * settings.time_step;
-  return state.position + settings.time_step * velocity;
-}
-
-bool overlap(const Settings& settings, const Vector3d& a, const Vector3d& b) {
-  return (a - b).squaredNorm() < 4 * settings.radius * settings.radius;
-}
-
 ContactStep::ContactStep(const Settings& settings)
     : settings_(settings),
       rest_speed_squared_(settings.rest_speed * settings.rest_speed),

@@ -16,12 +16,23 @@
 namespace retake::impulse {
 
 /// A sphere after gravity and motion, before contacts. Contacts are looked for at its position.
-SphereState fall(const Settings& settings, const SphereState& state);
-/// Only the position of what `fall` gives.
-Eigen::Vector3d fallen_position(const Settings& settings, const SphereState& state);
+inline SphereState fall(const Settings& settings, const SphereState& state) {
+  SphereState fallen = state;
+  fallen.linear_velocity.y() -= settings.gravity * settings.time_step;
+  fallen.position += settings.time_step * fallen.linear_velocity;
+  return fallen;
+}
+/// Only the position of what `fall` gives, in the same bits.
+inline Eigen::Vector3d fallen_position(const Settings& settings, const SphereState& state) {
+  Eigen::Vector3d velocity = state.linear_velocity;
+  velocity.y() -= settings.gravity * settings.time_step;
+  return state.position + settings.time_step * velocity;
+}
 
 /// Whether two spheres touch.
-bool overlap(const Settings& settings, const Eigen::Vector3d& a, const Eigen::Vector3d& b);
+inline bool overlap(const Settings& settings, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return (a - b).squaredNorm() < 4 * settings.radius * settings.radius;
+}
 
 /// Thread safety: one thread at a time. Its memory is reused.
 class ContactStep {

@@ -6,8 +6,6 @@
 #include "worlds/impulse/resimulation.h"
 
 #include <algorithm>
-#include <limits>
-#include <numeric>
 #include <utility>
 
 #include "sampler/check.h"

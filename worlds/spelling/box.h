@@ -1,6 +1,10 @@
 // Box: the partitioned box into which marbles fall - its measures, its triangles, its bins.
 // Paper, appendix B.1 and figure 10. It must not know letters or how marbles move.
 //
+// As in figure 10, but for the box's own walls, which are planes: a bin has faces of partitions where it
+// borders on other bins alone. Each bin has a floor of 8 triangles, each face, each top of a partition and
+// each square between four bins 2.
+//
 // Frame: the box is centred on the origin; x goes along the columns, z along the rows towards the viewer, y
 // up from the rim of the bins' floors. Bin (0, 0) lies at the far left of who reads from +z.
 #pragma once
