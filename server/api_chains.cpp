@@ -138,7 +138,7 @@ void add_chain_routes(HttpServer& server, Api& api) {
     const auto record = api.store.chain(id);
     const auto scenario = record ? api.scenarios.find(record->scenario) : nullptr;
     if (!scenario) throw not_found("chain", id);
-    const Trace trace(scenario->measures().size(), api.store.trace(id));
+    const Trace trace(scenario->measures(), api.store.trace(id));
     return json_response(trace_json(trace, scenario->measures(), points));
   });
 

@@ -46,7 +46,7 @@ ChainRun::ChainRun(std::shared_ptr<const Scenario> scenario, ChainRecord record,
     : scenario_(std::move(scenario)),
       record_(std::move(record)),
       chain_(make_chain(*scenario_, record_, checkpoint)),
-      trace_(scenario_->measures().size(), trace_blocks) {
+      trace_(scenario_->measures(), trace_blocks) {
   standings_.resize(chain_.walkers());
   for (std::size_t walker = 0; walker < standings_.size(); ++walker) {
     const Stay& stay = chain_.stay(walker);

@@ -7,7 +7,13 @@
 
 namespace retake {
 
-Trace::Trace(std::size_t measures, const std::vector<std::string>& blocks) : Trace(measures) {
+Trace::Trace(const std::vector<Measure>& measures) {
+  for (std::size_t i = 0; i < measures.size(); ++i)
+    if (measures[i].list.empty()) traced_.push_back(i);
+  width_ = kFixedColumns + traced_.size();
+}
+
+Trace::Trace(const std::vector<Measure>& measures, const std::vector<std::string>& blocks) : Trace(measures) {
   try {
     for (const std::string& block : blocks) {
       ByteReader in(block);
@@ -47,7 +53,8 @@ void Trace::append(const Chain& chain) {
   const Stay& stay = chain.stay();
   values_.insert(values_.end(), {static_cast<double>(chain.counts().iteration), stay.log_prior,
                                  stay.score.log_constraint, stay.score.satisfied ? 1.0 : 0.0});
-  values_.insert(values_.end(), stay.score.measures.begin(), stay.score.measures.end());
+  for (const std::size_t measure : traced_)
+    values_.push_back(stay.score.measures[measure]);
 }
 
 Trace::Block Trace::take_block() {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sampler/chain.h"
+#include "worlds/measure.h"
 
 namespace retake {
 
@@ -17,9 +18,10 @@ class Trace {
  public:
   static constexpr std::size_t kMostPoints = 2048;
 
-  explicit Trace(std::size_t measures) : width_(kFixedColumns + measures) {}
+  /// Of the measures that a Score has. Members of lists are left out: they are many, and no curves.
+  explicit Trace(const std::vector<Measure>& measures);
   /// Restores a trace from its blocks in order. Throws: std::runtime_error if they are damaged.
-  Trace(std::size_t measures, const std::vector<std::string>& blocks);
+  Trace(const std::vector<Measure>& measures, const std::vector<std::string>& blocks);
 
   /// Records where the chain stands, if its iteration is a multiple of the stride.
   void record(const Chain& chain) {
@@ -38,7 +40,7 @@ class Trace {
     double log_prior;
     double log_constraint;
     bool satisfied;
-    const double* measures;
+    const double* measures;  ///< those that are in no list
   };
   std::size_t size() const { return values_.size() / width_; }
   Point point(std::size_t index) const;
@@ -47,6 +49,7 @@ class Trace {
   static constexpr std::size_t kFixedColumns = 4;  // iteration, log_prior, log_constraint, satisfied
   void append(const Chain& chain);
 
+  std::vector<std::size_t> traced_;  ///< which of Score::measures
   std::size_t width_;
   std::uint64_t stride_ = 1;
   std::uint64_t next_ = 1;  ///< the multiple of the stride that is recorded next

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <iterator>
 #include <utility>
 
 namespace retake {
@@ -55,8 +56,13 @@ json parsed(const std::string& text) {
 
 json measures_json(const std::vector<Measure>& measures, std::span<const double> values) {
   json view = json::object();
-  for (std::size_t i = 0; i < measures.size(); ++i)
-    view[measures[i].name] = measure_json(measures[i].kind, values[i]);
+  for (std::size_t i = 0; i < measures.size(); ++i) {
+    json value = measure_json(measures[i].kind, values[i]);
+    if (measures[i].list.empty())
+      view[measures[i].name] = std::move(value);
+    else
+      view[measures[i].list].push_back(std::move(value));
+  }
   return view;
 }
 
@@ -233,7 +239,10 @@ json variables_json(const Model& model, const State& state) {
   return variables;
 }
 
-json trace_json(const Trace& trace, const std::vector<Measure>& measures, std::size_t points) {
+json trace_json(const Trace& trace, const std::vector<Measure>& all, std::size_t points) {
+  std::vector<Measure> measures;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(measures),
+               [](const Measure& measure) { return measure.list.empty(); });
   const std::size_t count = std::min(points, trace.size());
   json iteration = json::array(), log_prior = json::array(), log_constraint = json::array(),
        satisfied = json::array();

@@ -17,6 +17,9 @@ struct Measure {
   };
   std::string name{};
   Kind kind = Kind::number;
+  /// The list of which it is a member, with the measures before and after it that name the same list; none if
+  /// empty. Clients see the list in place of its members.
+  std::string list{};
 
   friend bool operator==(const Measure&, const Measure&) = default;
 };

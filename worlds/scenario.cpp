@@ -58,7 +58,7 @@ void add_measures(std::vector<Measure>& measures, const std::vector<Measure>& mo
     const auto is_taken = [&](const Measure& other) { return other.name == unique; };
     for (int number = 2; std::any_of(measures.begin(), measures.end(), is_taken); ++number)
       unique = measure.name + "_" + std::to_string(number);
-    measures.push_back({.name = unique, .kind = measure.kind});
+    measures.push_back({.name = unique, .kind = measure.kind, .list = measure.list});
   }
 }
 

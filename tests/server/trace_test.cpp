@@ -31,7 +31,7 @@ std::vector<std::uint64_t> iterations(const Trace& trace) {
 
 TEST(Trace, HoldsEveryIterationUntilItIsFull) {
   Walk walk;
-  Trace trace(walk.scenario->measures().size());
+  Trace trace(walk.scenario->measures());
   walk.step_and_record(trace, 100);
   ASSERT_EQ(trace.size(), 100u);
   EXPECT_EQ(trace.point(0).iteration, 1u);
@@ -42,7 +42,7 @@ TEST(Trace, HoldsEveryIterationUntilItIsFull) {
 
 TEST(Trace, StaysBoundedAndEvenlySpacedOverALongChain) {
   Walk walk;
-  Trace trace(walk.scenario->measures().size());
+  Trace trace(walk.scenario->measures());
   walk.step_and_record(trace, 50'000);
   EXPECT_LE(trace.size(), Trace::kMostPoints);
   EXPECT_GE(trace.size(), Trace::kMostPoints / 2);
@@ -54,11 +54,11 @@ TEST(Trace, StaysBoundedAndEvenlySpacedOverALongChain) {
 
 TEST(Trace, ComesBackFromItsBlocksAsItWasWhereverItWasCut) {
   Walk whole_walk;
-  Trace whole(whole_walk.scenario->measures().size());
+  Trace whole(whole_walk.scenario->measures());
   whole_walk.step_and_record(whole, 9'000);
 
   Walk cut_walk;
-  const std::size_t measures = cut_walk.scenario->measures().size();
+  const std::vector<Measure>& measures = cut_walk.scenario->measures();
   auto trace = std::make_unique<Trace>(measures);
   std::vector<std::string> stored;
   for (const int steps : {1, 700, 2'000, 0, 3'000, 3'299}) {
@@ -75,12 +75,24 @@ TEST(Trace, ComesBackFromItsBlocksAsItWasWhereverItWasCut) {
   }
 }
 
-TEST(Trace, RefusesDamagedBlocks) {
-  EXPECT_THROW(Trace(2, {std::string("short")}), std::runtime_error);
+TEST(Trace, LeavesOutMembersOfLists) {
   Walk walk;
-  Trace trace(2);
+  std::vector<Measure> measures = walk.scenario->measures();
+  ASSERT_EQ(measures.size(), 7u) << "x, five bounces, miss";
+  measures[0].list = "some";
+  Trace trace(measures);
+  walk.step_and_record(trace, 5);
+  Trace again(measures, {trace.take_block().bytes});
+  ASSERT_EQ(again.size(), 5u);
+  EXPECT_EQ(again.point(4).measures[0], walk.chain.stay().score.measures.back());
+}
+
+TEST(Trace, RefusesDamagedBlocks) {
+  EXPECT_THROW(Trace(std::vector<Measure>(2), {std::string("short")}), std::runtime_error);
+  Walk walk;
+  Trace trace(std::vector<Measure>(2));
   walk.step_and_record(trace, 3);
-  EXPECT_THROW(Trace(3, {trace.take_block().bytes}), std::runtime_error);
+  EXPECT_THROW(Trace(std::vector<Measure>(3), {trace.take_block().bytes}), std::runtime_error);
 }
 
 }  // namespace

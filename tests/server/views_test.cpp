@@ -26,11 +26,20 @@ TEST(Views, MeasuresAreNumbersBooleansAndLists) {
   EXPECT_EQ(view({std::numeric_limits<double>::infinity(), 0, 0})["miss"], nullptr);
 }
 
+TEST(Views, MeasuresOfOneListAreOneList) {
+  const std::vector<Measure> measures = {{.name = "miss"},
+                                         {.name = "bin_1", .list = "bin"},
+                                         {.name = "bin_2", .list = "bin"},
+                                         {.name = "place_1", .list = "place"}};
+  EXPECT_EQ(measures_json(measures, std::vector<double>{1, 2, kAbsent, 4}),
+            json({{"miss", 1.0}, {"bin", {2.0, nullptr}}, {"place", {4.0}}}));
+}
+
 TEST(Views, ATraceHasTheSameJsonAtEveryPoint) {
   const auto scenario = tests::read_stub_scenario({{"world", "stub"}, {"constraints", json::array()}});
   const auto performer = scenario->make_performer();
   Chain chain(scenario->target(Ratios::exact), {.seed = 3, .method = Method::rejection});
-  Trace trace(scenario->measures().size());
+  Trace trace(scenario->measures());
   for (int i = 0; i < 200; ++i) {
     chain.step(*performer);
     trace.record(chain);
