@@ -50,7 +50,8 @@ struct Result {
 Eigen::VectorXd numbers_of(const Scenario& scenario, const Stay& stay) {
   std::vector<double> values(stay.state.begin(), stay.state.end());
   for (std::size_t i = 0; i < scenario.measures().size(); ++i)
-    if (scenario.measures()[i].kind != Measure::Kind::integer_set) values.push_back(stay.score.measures[i]);
+    if (scenario.measures()[i].kind != Measure::Kind::integer_set && scenario.measures()[i].list.empty())
+      values.push_back(stay.score.measures[i]);
   return Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 

@@ -109,7 +109,8 @@ struct SampleRecord {
   std::string chain;
   std::uint64_t iteration = 0;
   std::uint32_t replica = 0;
-  std::uint64_t weight = 1;  ///< iterations for which the chain stayed; 0: found while it was learning
+  std::uint64_t weight =
+      1;  ///< how often it counts as a draw of p(A | satisfied); 0: found while it was learning
   double log_prior = 0;
   double log_constraint = 0;
   double duration = 0;   ///< [s]

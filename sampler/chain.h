@@ -91,8 +91,8 @@ struct ChainCounts {
 struct Stay {
   std::uint64_t iteration =
       0;  ///< the iteration that moved here; 0: the initial State, which is never a sample
-  /// Steps for which it has stayed, while they count as draws of p(A | satisfied): always 1 with rejection,
-  /// 0 for what was found while learning.
+  /// How often it counts as a draw of p(A | satisfied) so far: the steps for which it has stayed; with
+  /// conditional a number drawn on arrival, and with rejection always 1. 0 for what was found while learning.
   std::uint64_t weight = 1;
   bool is_sample = false;
   State state;

@@ -1,6 +1,7 @@
 // See conditional.h.
 #include "sampler/conditional.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -15,17 +16,27 @@ enum Kernels : std::size_t { kPrior, kLearned, kLocal, kTempering };
 constexpr std::uint64_t kFirstHits = 5;       // to learn from
 constexpr double kMoreHits = 1.5;             // times those learned from last
 constexpr std::uint64_t kFruitless = 30'000;  // draws without a hit, after which a ladder looks for one
-constexpr std::uint8_t kRedrawsPerLocal = 9;  // chosen: a redraw is worth more, a local move costs less
+constexpr std::uint8_t kHitsPerLocal = 9;     // chosen: a hit is worth more, a local move costs less
+constexpr double kMeanCount = 2;              // chosen: rounding then costs 3 % of the effective samples
+constexpr double kLargestCount = 1e12;        // far from any that a fit brings about
 constexpr std::size_t kMostKept = 1000;       // hits; then they are thinned to half
 constexpr std::size_t kFinalKernels = 400;
 constexpr int kValidityDraws = 100'000;
 
 }  // namespace
 
+LearnedLocalMove::LearnedLocalMove(const Block& block, const LearnedRedraw& redraw)
+    : block_(block), redraw_(redraw), move_(block.model(), block.variables()) {}
+
+double LearnedLocalMove::propose(const Model& model, const State& current, State& candidate,
+                                 RandomStream& random) const {
+  const double log_hastings = move_.propose(model, current, candidate, random);
+  if (model.log_prior(candidate) == kImpossible) return 0;  // rejected, whatever the ratio
+  return log_hastings + redraw_.log_weight(block_, current) - redraw_.log_weight(block_, candidate);
+}
+
 Conditional::Conditional(const Target& target, const ChainSettings& settings, ChainCounts& counts)
-    : Walk(target, settings, counts),
-      block_(*target.model, target.learned),
-      local_(*target.model, block_.variables()) {
+    : Walk(target, settings, counts), block_(*target.model, target.learned), local_(block_, redraw_) {
   counts_.is_learning = true;
   counts_.odds.basis = OddsBasis::rejection;
 }
@@ -36,13 +47,10 @@ bool Conditional::step(Simulator& simulator) {
       return explore(simulator);
     case Phase::tempering:
       return temper(simulator);
-    case Phase::learned:
-      start_sampling(simulator);
-      break;
     case Phase::sampling:
       break;
   }
-  return sample(simulator);
+  return turn_ > 0 ? sample(simulator) : move_locally(simulator);
 }
 
 bool Conditional::draw_candidate(Simulator& simulator) {
@@ -121,7 +129,7 @@ void Conditional::learn_if_due() {
       (found_ >= limits.hits && plain_hits() >= limits.plain_hits) || explored_ >= limits.draws;
   if (!enough && static_cast<double>(found_) < kMoreHits * static_cast<double>(learned_from_) + 1) return;
   learn(enough);
-  if (enough) phase_ = Phase::learned;
+  if (enough) start_sampling();
 }
 
 /// What the prior alone would have found in as many draws as were its own.
@@ -142,9 +150,9 @@ void Conditional::learn(bool for_good) {
 
 // --- Sampling ---------------------------------------------------------------------------------
 
-void Conditional::start_sampling(Simulator& simulator) {
-  RandomStream draws = random(Purpose::learning);
+void Conditional::start_sampling() {
   if (target_.model->restricts_support()) {
+    RandomStream draws = random(Purpose::learning, 2);
     int valid = 1;  // a hit was
     State drawn;
     for (int i = 0; i < kValidityDraws; ++i) {
@@ -153,56 +161,56 @@ void Conditional::start_sampling(Simulator& simulator) {
     }
     valid_share_ = static_cast<double>(valid) / (kValidityDraws + 1);
   }
-  // Start from one of the hits, drawn by their weights: nearly a draw of the target already.
-  double sum = 0;
-  for (const WeighedState& hit : hits_)
-    sum += hit.weight;
-  double mark = draws.uniform() * sum;
-  std::size_t chosen = 0;
-  while (chosen + 1 < hits_.size() && (mark -= hits_[chosen].weight) >= 0)
-    ++chosen;
-  candidate_ = hits_[chosen].state;
-  candidate_log_prior_ = target_.model->log_prior(candidate_);
-  const bool complete = simulate_candidate(simulator, nullptr, kImpossible);
-  CHECK(complete && candidate_score_.satisfied, chosen);
-  move_to_candidate(walker_);
-  walker_.stay.is_sample = false;
   hits_ = {};
   phase_ = Phase::sampling;
+  turn_ = kHitsPerLocal;  // the first of them are draws of q, so the walk needs no burning in
   counts_.is_learning = false;
   counts_.odds = {.basis = OddsBasis::learned};
 }
 
 bool Conditional::sample(Simulator& simulator) {
-  if (turn_ != 0) return sample_redraw(simulator);
-  turn_ = kRedrawsPerLocal;
-  RandomStream draws = random(Purpose::proposal);
-  const double log_u = std::log(random(Purpose::acceptance).uniform());
-  if (!step_by(local_, counts_.kernels[kLocal], draws, log_u, {.conditional = true}, simulator, walker_)) {
-    ++walker_.stay.weight;
-    return false;
-  }
-  ++counts_.samples;
-  return true;
-}
-
-bool Conditional::sample_redraw(Simulator& simulator) {
   const bool hit = draw_candidate(simulator);
   ++counts_.odds.draws;
-  if (!hit) return false;  // the turn goes on with the next draw
+  if (!hit) return false;
   --turn_;
-  const double log_candidate = log_weight(candidate_, candidate_score_);
-  counts_.odds.add_hit(std::exp(log_candidate - candidate_score_.log_constraint) / valid_share_);
-  const double log_u = std::log(random(Purpose::acceptance).uniform());
-  if (!(log_u < log_candidate - log_weight(walker_.stay.state, walker_.stay.score))) {
-    ++walker_.stay.weight;
-    return false;
-  }
   ++counts_.kernels[kLearned].accepted;
   ++counts_.accepted;
   move_to_candidate(walker_);
-  ++counts_.samples;
+  counts_.odds.add_hit(std::exp(redraw_.log_weight(block_, walker_.stay.state)) / valid_share_);
+  RandomStream draws = random(Purpose::acceptance);
+  walker_.stay.weight = draw_count(draws);
+  walker_.stay.is_sample = walker_.stay.weight > 0;
+  counts_.samples += walker_.stay.is_sample ? 1 : 0;
   return true;
+}
+
+bool Conditional::move_locally(Simulator& simulator) {
+  turn_ = kHitsPerLocal;
+  RandomStream proposals = random(Purpose::proposal), draws = random(Purpose::acceptance);
+  const double log_u = std::log(draws.uniform());
+  // beta = 0: what it leaves as it is holds no p_c, which the count holds instead.
+  const bool moved = step_by(local_, counts_.kernels[kLocal], proposals, log_u,
+                             {.beta = 0, .conditional = true}, simulator, walker_);
+  Stay& stay = walker_.stay;
+  const std::uint64_t count = draw_count(draws);
+  const bool was_sample = !moved && stay.is_sample;
+  stay.weight = was_sample ? stay.weight + count : count;
+  stay.is_sample = stay.weight > 0;
+  const bool found = stay.is_sample && !was_sample;
+  if (!moved && found) {
+    // It counted nothing so far, and becomes a sample where it is.
+    stay.iteration = counts_.iteration;
+    ended_weight_ = 0;
+  }
+  counts_.samples += found ? 1 : 0;
+  return moved || found;
+}
+
+std::uint64_t Conditional::draw_count(RandomStream& random) const {
+  const Stay& stay = walker_.stay;
+  const double log_weight = redraw_.log_weight(block_, stay.state) + stay.score.log_constraint - hit_scale_;
+  const double mean = kMeanCount / redraw_.drawn_weight() * std::exp(log_weight);
+  return static_cast<std::uint64_t>(std::min(mean, kLargestCount) + random.uniform());
 }
 
 // --- Checkpoint -------------------------------------------------------------------------------
@@ -231,7 +239,7 @@ void Conditional::read(ByteReader& in) {
   Walk::read(in);
   const auto phase = in.get<std::uint8_t>();
   const auto turn = in.get<std::uint8_t>();
-  if (phase > static_cast<std::uint8_t>(Phase::sampling) || turn > kRedrawsPerLocal)
+  if (phase > static_cast<std::uint8_t>(Phase::sampling) || turn > kHitsPerLocal)
     throw std::out_of_range("a phase that cannot be");
   phase_ = static_cast<Phase>(phase);
   turn_ = turn;
@@ -252,8 +260,7 @@ void Conditional::read(ByteReader& in) {
       throw std::out_of_range("other variables");
     hits_.push_back(std::move(hit));
   }
-  if ((phase_ == Phase::learned && hits_.empty()) ||
-      (phase_ == Phase::sampling && (!walker_.was_simulated || redraw_.is_prior())))
+  if (phase_ == Phase::sampling && (!walker_.was_simulated || redraw_.is_prior()))
     throw std::out_of_range("a phase without what it needs");
   if (phase_ != Phase::tempering) return;
   ladder_ = std::make_unique<Tempering>(target_, settings_, counts_, Tempering::Part::of_another, kTempering);

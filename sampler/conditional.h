@@ -1,6 +1,7 @@
 // Conditional: explores, learns a redraw from what it finds, freezes it, then walks p(A | satisfied) itself.
-// DESIGN section 3. Independence Metropolis with a learned proposal; every decision is taken by counts.
-// Internal to the sampler.
+// DESIGN section 3. An importance Markov chain (Andral, Douc, Marival and Robert, Stochastic Processes and
+// their Applications, 2024) on a learned proposal; every decision is taken by counts. Internal to the
+// sampler.
 #pragma once
 
 #include <memory>
@@ -13,10 +14,26 @@
 
 namespace retake {
 
+/// A local move that leaves a learned q as it is, where LocalMove leaves the prior as it is.
+class LearnedLocalMove final : public Kernel {
+ public:
+  /// Requires: both outlive it.
+  LearnedLocalMove(const Block& block, const LearnedRedraw& redraw);
+  double propose(const Model& model, const State& current, State& candidate,
+                 RandomStream& random) const override;
+
+ private:
+  const Block& block_;
+  const LearnedRedraw& redraw_;
+  LocalMove move_;
+};
+
 /// One iteration is one draw or one local move. Exploring, it draws from what it has learned so far, at first
 /// from the prior, and weighs each hit by the proposal that drew it, for good. If the prior finds nothing a
-/// ladder looks for the first hits. Sampling, it takes turns: draws until one satisfies, which is then
-/// accepted by the ratio of weights; now and then one local move. A stay weighs as many turns as it lasted.
+/// ladder looks for the first hits. Sampling, it walks q restricted to what satisfies: to every draw that
+/// does, and now and then by a local move that leaves q as it is there. Where it stands counts a whole number
+/// of times, whose mean is proportional to p p_c / q, so that what is counted follows p(A | satisfied).
+/// Independence Metropolis would count each of them by chance and give two thirds of the effective samples.
 class Conditional final : public Walk {
  public:
   Conditional(const Target& target, const ChainSettings& settings, ChainCounts& counts);
@@ -30,8 +47,7 @@ class Conditional final : public Walk {
   enum class Phase : std::uint8_t {
     exploring,
     tempering,  ///< as a part of exploring
-    learned,    ///< the redraw is frozen; the next step samples
-    sampling,
+    sampling,   ///< by the redraw as it is now
   };
 
   bool explore(Simulator& simulator);
@@ -39,21 +55,18 @@ class Conditional final : public Walk {
   void learn_if_due();
   double plain_hits() const;
   void learn(bool for_good);
-  void start_sampling(Simulator& simulator);
+  void start_sampling();
   bool sample(Simulator& simulator);
-  bool sample_redraw(Simulator& simulator);
+  bool move_locally(Simulator& simulator);
+  /// How often the walker's State counts: a whole number, its mean proportional to p p_c / q.
+  std::uint64_t draw_count(RandomStream& random) const;
   /// Draws a candidate from the redraw as it is. True if it satisfies the constraint, with p_c > 0.
   bool draw_candidate(Simulator& simulator);
-  /// log (p p_c / q), which a redraw's acceptance compares.
-  double log_weight(const State& state, const Score& score) const {
-    return redraw_.log_weight(block_, state) + score.log_constraint;
-  }
-
   Block block_;
-  LocalMove local_;
   Phase phase_ = Phase::exploring;
-  std::uint8_t turn_ = 0;  ///< redraws until the next local move
+  std::uint8_t turn_ = 0;  ///< hits until the next local move
   LearnedRedraw redraw_;
+  LearnedLocalMove local_;
   std::vector<WeighedState> hits_;  ///< weights p p_c / q, over the largest p_c among them
   double hit_scale_ = kImpossible;  ///< log of that p_c
   std::uint64_t explored_ = 0;      ///< draws

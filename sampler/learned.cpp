@@ -35,6 +35,11 @@ constexpr double kFirstWidth = 0.2;
 constexpr std::array kShares = {0.9, 0.7, 0.5, 0.3, 0.2, 0.1};
 constexpr double kTypicalShare = 0.5;
 
+// Powers to choose from: kernels share as weight^power more than the target has of them. With 0 the kernels'
+// density follows the target; the mean weight is least where it follows the root of hits' share times the
+// prior, near 1/2.
+constexpr std::array kPowers = {0.0, 0.25, 0.5, 0.75};
+
 double kernel(double distance, double width) {
   const double z = distance / width, wide = z / kWide;
   return kNormal / width *
@@ -69,13 +74,13 @@ class Fitting {
 
  public:
   Fitting(const Block& block, const std::vector<WeighedState>& hits)
-      : block_(block), shares(static_cast<Index>(hits.size())), widths(static_cast<Index>(block.size())) {
+      : block_(block), widths(static_cast<Index>(block.size())), weights_(static_cast<Index>(hits.size())) {
     const auto count = static_cast<Index>(hits.size()), coordinates = static_cast<Index>(block.size());
     centres.resize(coordinates, count);
     densities_.resize(coordinates, count);
     for (Index i = 0; i < count; ++i) {
       const WeighedState& hit = hits[static_cast<std::size_t>(i)];
-      shares[i] = hit.weight;
+      weights_[i] = hit.weight;
       for (Index j = 0; j < coordinates; ++j) {
         const auto coordinate = static_cast<std::size_t>(j);
         centres(j, i) = block.value(hit.state, coordinate);
@@ -83,10 +88,11 @@ class Fitting {
             block.prior(coordinate).log_density(at(hit.state, block.coordinates()[coordinate].variable)));
       }
     }
-    shares /= shares.sum();
+    weights_ /= weights_.sum();
+    shares = weights_;
     for (Index j = 0; j < coordinates; ++j) {
-      const double mean = centres.row(j).dot(shares);
-      const double variance = (centres.row(j).array() - mean).square().matrix().dot(shares);
+      const double mean = centres.row(j).dot(weights_);
+      const double variance = (centres.row(j).array() - mean).square().matrix().dot(weights_);
       // Hits that agree to the last bit teach nothing about a width.
       spreads_.push_back(std::max(std::sqrt(variance),
                                   1e-9 * block.prior(static_cast<std::size_t>(j)).standard_deviation()));
@@ -102,16 +108,27 @@ class Fitting {
         if (is_shifted(j) == shifted) choose_width(j, prior_share);
   }
 
-  /// The mean weight of a hit under this share of the prior.
-  double mean_weight(double prior_share) const {
-    ArrayXXd product = ArrayXXd::Ones(shares.size(), shares.size());
-    for (const ArrayXXd& factor : factors_)
-      if (factor.size() > 0) product *= factor;
-    return mean_weight(product, prior_share);
+  /// Gives the kernels where hits are rare among draws more than the target has of them.
+  void flatten(double power) {
+    shares = weights_;
+    shares = weights_.array() * weights_left_out(product(), kTypicalShare).pow(power);
+    shares /= shares.sum();
+  }
+
+  /// The weights of hits under this share of the prior: their mean, as the target has them and as q draws
+  /// them.
+  struct MeanWeight {
+    double of_target;
+    double of_draws;
+  };
+  MeanWeight mean_weight(double prior_share) const {
+    const ArrayXd left_out = weights_left_out(product(), prior_share);
+    return {.of_target = (left_out * weights_.array()).sum(),
+            .of_draws = 1 / (weights_.array() / left_out).sum()};
   }
 
   MatrixXd centres;  ///< [coordinates, hits]
-  VectorXd shares;
+  VectorXd shares;   ///< of the kernels [hits]
   VectorXd widths;
 
  private:
@@ -122,7 +139,7 @@ class Fitting {
   /// K(c_a - c_i) / p(c_a), a row a hit that is weighed, a column a kernel. Empty for the prior: all 1.
   ArrayXXd factor(Index j, double width) const {
     if (width == 0) return {};
-    const Index count = shares.size();
+    const Index count = weights_.size();
     const ArrayXXd distances =
         centres.row(j).transpose().array().replicate(1, count) - centres.row(j).array().replicate(count, 1);
     return kernel(distances, width).colwise() / densities_.row(j).transpose().array();
@@ -134,14 +151,15 @@ class Fitting {
   }
 
   void choose_width(Index j, double prior_share) {
-    const Index count = shares.size();
+    const Index count = weights_.size();
     ArrayXXd others = ArrayXXd::Ones(count, count);
     for (std::size_t k = 0; k < factors_.size(); ++k)
       if (k != static_cast<std::size_t>(j) && factors_[k].size() > 0) others *= factors_[k];
     const double spread = spreads_[static_cast<std::size_t>(j)];
     double best_width = is_shifted(j) ? kWidest * spread : 0;
     const auto judge = [&](double width) {
-      return mean_weight(width == 0 ? others : ArrayXXd(others * factor(j, width)), prior_share);
+      const ArrayXXd product = width == 0 ? others : ArrayXXd(others * factor(j, width));
+      return (weights_left_out(product, prior_share) * weights_.array()).sum();
     };
     double best = judge(best_width);
     for (const double width : kWidths)
@@ -152,14 +170,22 @@ class Fitting {
     set_width(j, best_width);
   }
 
-  double mean_weight(const ArrayXXd& product, double prior_share) const {
+  ArrayXXd product() const {
+    ArrayXXd product = ArrayXXd::Ones(weights_.size(), weights_.size());
+    for (const ArrayXXd& factor : factors_)
+      if (factor.size() > 0) product *= factor;
+    return product;
+  }
+
+  /// p / q of every hit, its own kernel left out.
+  ArrayXd weights_left_out(const ArrayXXd& product, double prior_share) const {
     const ArrayXd density =
         (product.matrix() * shares).array() - product.matrix().diagonal().array() * shares.array();
     const ArrayXd left = (1 - shares.array()).max(1e-9);
-    const ArrayXd weights = 1 / (prior_share + (1 - prior_share) * (density / left).max(0));
-    return (weights * shares.array()).sum();
+    return 1 / (prior_share + (1 - prior_share) * (density / left).max(0));
   }
 
+  VectorXd weights_;    ///< of the hits under the target; sums to 1 [hits]
   MatrixXd densities_;  ///< of each hit's Variable under its prior [coordinates, hits]
   std::vector<double> spreads_;
   std::vector<ArrayXXd> factors_;
@@ -270,15 +296,19 @@ LearnedRedraw LearnedRedraw::learn(const Block& block, const std::vector<Weighed
     fitting.sweep(kTypicalShare);
   LearnedRedraw redraw;
   double best = std::numeric_limits<double>::infinity();
-  for (const double share : kShares) {
-    const double mean = fitting.mean_weight(share);
-    const double unmet = 1 / (share * std::max(fit.plain_hits, 1.0));
-    if (mean + unmet >= best) continue;
-    best = mean + unmet;
-    redraw.mean_weight_ = mean;
-    redraw.prior_share_ = share;
+  for (const double power : kPowers) {
+    fitting.flatten(power);
+    for (const double share : kShares) {
+      const auto mean = fitting.mean_weight(share);
+      const double unmet = 1 / (share * std::max(fit.plain_hits, 1.0));
+      if (mean.of_target + unmet >= best) continue;
+      best = mean.of_target + unmet;
+      redraw.mean_weight_ = mean.of_target;
+      redraw.drawn_weight_ = mean.of_draws;
+      redraw.prior_share_ = share;
+      redraw.shares_ = fitting.shares;
+    }
   }
-  redraw.shares_ = fitting.shares;
   redraw.centres_ = fitting.centres;
   redraw.widths_ = fitting.widths;
   redraw.cumulative_ = cumulated(redraw.shares_);
@@ -288,6 +318,7 @@ LearnedRedraw LearnedRedraw::learn(const Block& block, const std::vector<Weighed
 void LearnedRedraw::write(ByteWriter& out) const {
   out.put(prior_share_);
   out.put(mean_weight_);
+  out.put(drawn_weight_);
   out.put_numbers(shares_.data(), static_cast<std::size_t>(shares_.size()));
   out.put_numbers(widths_.data(), static_cast<std::size_t>(widths_.size()));
   out.put_numbers(centres_.data(), static_cast<std::size_t>(centres_.size()));
@@ -297,11 +328,14 @@ LearnedRedraw LearnedRedraw::read(ByteReader& in, const Block& block) {
   LearnedRedraw redraw;
   redraw.prior_share_ = in.get<double>();
   redraw.mean_weight_ = in.get<double>();
+  redraw.drawn_weight_ = in.get<double>();
   VectorXd centres;
   in.get_numbers(redraw.shares_);
   in.get_numbers(redraw.widths_);
   in.get_numbers(centres);
   const auto coordinates = static_cast<Index>(block.size());
+  if (!(redraw.prior_share_ > 0 && redraw.drawn_weight_ > 0))
+    throw std::out_of_range("shares that cannot be");
   if (redraw.shares_.size() > 0 && redraw.widths_.size() != coordinates)
     throw std::out_of_range("other coordinates");
   if (centres.size() != redraw.shares_.size() * redraw.widths_.size())

@@ -77,6 +77,8 @@ class LearnedRedraw {
   double prior_share() const { return prior_share_; }
   /// The mean weight of a hit, left out of the kernels: the smaller, the better. 1 for the prior.
   double mean_weight() const { return mean_weight_; }
+  /// The mean weight of a hit that q draws; about. 1 for the prior.
+  double drawn_weight() const { return drawn_weight_; }
 
   struct Fit {
     std::size_t most_kernels = 200;
@@ -85,8 +87,9 @@ class LearnedRedraw {
     double plain_hits = 1;
   };
   /// Chooses a width for every coordinate by coordinate descent on the mean weight, each hit left out of the
-  /// kernels that weigh it; then the share e of the prior by the mean weight and 1 / (e plain_hits), which
-  /// hits where no kernel is will add: they weigh up to 1 / e. Requires: at least two hits.
+  /// kernels that weigh it; then the kernels' shares W and the share e of the prior by the mean weight and
+  /// 1 / (e plain_hits), which hits where no kernel is will add: they weigh up to 1 / e.
+  /// Requires: at least two hits.
   static LearnedRedraw learn(const Block& block, const std::vector<WeighedState>& hits, const Fit& fit,
                              RandomStream& random);
 
@@ -97,6 +100,7 @@ class LearnedRedraw {
  private:
   double prior_share_ = 1;
   double mean_weight_ = 1;
+  double drawn_weight_ = 1;
   Eigen::VectorXd shares_;      ///< W, sums to 1 [kernels]
   Eigen::MatrixXd centres_;     ///< [coordinates, kernels]
   Eigen::VectorXd widths_;      ///< h [coordinates]; 0: the prior

@@ -1,5 +1,6 @@
 // Conditional chains: exact on toys, odds that cover, the same with early rejection on or off and after any
 // interruption. Seeds are fixed; each statistical comparison errs with probability 1e-6 unless it says more.
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -64,7 +65,9 @@ TEST_P(ConditionalTest, IsExactHoweverLittleItLearned) {
 }
 
 TEST_P(ConditionalTest, EarlyRejectionChangesNothingButTheWork) {
-  expect_early_rejection_changes_nothing(GetParam(), with_seed(304), 8000);
+  // Where p_c has no least value that satisfies there is no bound: what is hopeless is not simulated at all.
+  const bool bounds = std::isfinite(GetParam().target()->least_satisfied);
+  expect_early_rejection_changes_nothing(GetParam(), with_seed(304), 8000, bounds);
 }
 
 TEST_P(ConditionalTest, LearningWeighsNothing) {
@@ -77,7 +80,7 @@ TEST_P(ConditionalTest, ResumedEqualsUninterrupted) {
 
 TEST(Conditional, TheLastDrawOfEachSeedIsADrawOfTheTarget) {
   for (const Height height : {Height::level, Height::stepped, Height::sloped})
-    expect_last_draws_are_exact(height, with_seed(3100), 60, 30);
+    expect_last_draws_are_exact(height, with_seed(3100), 60, 60);
 }
 
 TEST(SlowConditional, IsExact) {
@@ -91,7 +94,7 @@ TEST(SlowConditional, IsExact) {
 
 TEST(SlowConditional, TheLastDrawOfEachSeedIsADrawOfTheTarget) {
   for (const Height height : {Height::level, Height::stepped, Height::sloped})
-    expect_last_draws_are_exact(height, with_seed(313'000), 500, 60);
+    expect_last_draws_are_exact(height, with_seed(313'000), 500, 200);
 }
 
 TEST(Conditional, GivesThePriorBackWhenEverythingSatisfies) {
@@ -104,18 +107,49 @@ TEST(Conditional, ThrowsWhereThePriorIsNowhereInItsSupport) {
 }
 
 TEST(Conditional, LearningEndsByCountsOfDrawsToo) {
-  // Hits that would never be enough: it ends at the first hit after so many draws.
+  // Hits that would never be enough: it ends after so many draws.
   const TwoModes toy;
   ChainSettings settings = with_seed(323);
   settings.learning = {.hits = 1'000'000, .plain_hits = 1e9, .draws = 1500};
   Chain chain(toy.target(), settings);
   ToySimulator simulator = toy.simulator();
-  for (int i = 0; i < 1500; ++i) {
+  for (int i = 1; i < 1500; ++i) {
     chain.step(simulator);
     ASSERT_TRUE(chain.counts().is_learning) << i;
   }
   chain.step(simulator);
   EXPECT_FALSE(chain.counts().is_learning);
+}
+
+TEST(Conditional, WhereLocalMovesFailCountsNoLess) {
+  // Half of what satisfies is fifty slits, which most local moves miss, half is wide. A State that a local
+  // move does not leave has to count once more.
+  const auto model = std::make_shared<const Model>(
+      std::vector<Variable>{{.name = "x", .unit = "", .prior = Distribution::uniform(0, 1)}});
+  const auto is_in_slit = [](double x) { return x < 0.5 && std::fmod(x, 0.01) < 0.005; };
+  auto target = std::make_shared<Target>(
+      *target_of(model, {{"redraw", 1, std::make_shared<const Redraw>(Redraw::all(*model, Ratios::exact))}}));
+  target->least_satisfied = 0;
+  std::vector<double> shares;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    Chain chain(
+        target,
+        {.seed = 330 + seed, .method = Method::conditional, .learning = {.hits = 20, .plain_hits = 5}});
+    ToySimulator simulator(constant);
+    simulator.satisfies = [&](const State& state) { return state[0] >= 0.75 || is_in_slit(state[0]); };
+    StayGatherer gatherer;
+    double in_slits = 0, all = 0;
+    const auto add = [&](const Stay& stay) {
+      all += static_cast<double>(stay.weight);
+      in_slits += is_in_slit(stay.state[0]) ? static_cast<double>(stay.weight) : 0;
+    };
+    for (int i = 0; i < 30'000; ++i) {
+      chain.step(simulator);
+      gatherer.note(chain, add);
+    }
+    shares.push_back(in_slits / all);
+  }
+  EXPECT_LT(std::abs(z_of_mean(shares, 0.5)), kLargestT);
 }
 
 TEST(Conditional, ConstantsOfTheConstraintDoNotMatter) {

@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sampler/conditional.h"
 #include "tests/sampler/toys.h"
 
 namespace retake::tests {
@@ -121,6 +122,37 @@ TEST_P(LearnedRedrawTest, DrawAndDensityAgree) {
   expect_density_agrees_with_draws(redraw, 223);
 }
 
+TEST_P(LearnedRedrawTest, ALocalMoveLeavesItAsItIs) {
+  constexpr int kDraws = 10'000, kSteps = 3;
+  const LearnedRedraw redraw = learned();
+  const LearnedLocalMove move(block, redraw);
+  std::vector<std::vector<double>> changes;
+  RandomStream random = stream(226);
+  State state, candidate;
+  int moves = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    do
+      redraw.draw(block, random, state);
+    while (toy.model.log_prior(state) == -kInfinity);
+    const std::vector<double> before = functions(state);
+    for (int step = 0; step < kSteps; ++step) {
+      candidate = state;
+      const double log_hastings = move.propose(toy.model, state, candidate, random);
+      const double log_ratio = toy.model.log_prior(candidate) - toy.model.log_prior(state) + log_hastings;
+      if (!(std::log(random.uniform()) < log_ratio)) continue;
+      std::swap(state, candidate);
+      ++moves;
+    }
+    const std::vector<double> after = functions(state);
+    changes.resize(after.size());
+    for (std::size_t f = 1; f < after.size(); ++f)  // the first is constant
+      changes[f].push_back(after[f] - before[f]);
+  }
+  EXPECT_GT(moves, kDraws / 2);
+  for (std::size_t f = 1; f < changes.size(); ++f)
+    EXPECT_LT(std::abs(z_of_mean(changes[f], 0)), kLargestZ) << f;
+}
+
 TEST_P(LearnedRedrawTest, IsTheSameAfterWritingAndReading) {
   const LearnedRedraw redraw = learned();
   ByteWriter out;
@@ -132,6 +164,7 @@ TEST_P(LearnedRedrawTest, IsTheSameAfterWritingAndReading) {
   EXPECT_EQ(read.kernels(), redraw.kernels());
   EXPECT_EQ(read.prior_share(), redraw.prior_share());
   EXPECT_EQ(read.mean_weight(), redraw.mean_weight());
+  EXPECT_EQ(read.drawn_weight(), redraw.drawn_weight());
   RandomStream left = stream(225), right = stream(225);
   State a, b;
   for (int i = 0; i < 5000; ++i) {

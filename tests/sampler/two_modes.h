@@ -172,16 +172,16 @@ class StayGatherer {
   std::vector<Stay> last_;
 };
 
-/// True if the last step was a draw of p(A | satisfied).
+/// How many draws of p(A | satisfied) the last step counted for.
 class DrawWatcher {
  public:
-  bool note(const Chain& chain) {
+  std::uint64_t note(const Chain& chain) {
     const std::size_t walker = chain.walker();
     if (walker >= last_.size()) last_.resize(walker + 1);
     const Stay& stay = chain.stay(walker);
     const Seen now{.iteration = stay.iteration, .weight = stay.is_sample ? stay.weight : 0};
     const Seen before = std::exchange(last_[walker], now);
-    return now.weight > 0 && (now.iteration != before.iteration || now.weight > before.weight);
+    return now.iteration == before.iteration ? now.weight - before.weight : now.weight;
   }
 
  private:

@@ -336,7 +336,8 @@ TEST_F(ApiChains, Diagnostics_cover_every_variable_and_measure) {
   std::set<std::string> names;
   for (const json& quantity : diagnostics["quantities"])
     names.insert(quantity["name"]);
-  EXPECT_EQ(names, (std::set<std::string>{"tilt_1", "tilt_2", "tilt_3", "tilt_4", "tilt_5", "x"}));
+  EXPECT_EQ(names, (std::set<std::string>{"tilt_1", "tilt_2", "tilt_3", "tilt_4", "tilt_5", "x", "bounce_1",
+                                          "bounce_2", "bounce_3", "bounce_4", "bounce_5"}));
   for (const json& quantity : diagnostics["quantities"])  // independent draws: R-hat is near 1
     EXPECT_NEAR(quantity["rhat"].get<double>(), 1, 0.05) << quantity["name"];
   EXPECT_EQ(differences(diagnostics["effective"], "Effective"), "");

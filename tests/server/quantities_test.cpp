@@ -33,24 +33,24 @@ TEST(Quantities, AreVariablesAndMeasuresButNotSets) {
 }
 
 TEST(Quantities, MembersOfListsAreQuantitiesOfTheirOwn) {
-  const auto scenario = Scenario::read(
-      {{"world", "spelling"}, {"model", {{"columns", 2}, {"rows", 1}}}, {"constraints", json::array()}});
-  const auto record = [&](const json& bins) {
+  const auto scenario =
+      Scenario::read({{"world", "ball2d"}, {"model", {{"collisions", 2}}}, {"constraints", json::array()}});
+  const auto record = [&](const json& bounces) {
     return DrawRecord{
-        .measures = json({{"bin_of_ball", bins}}).dump(),
+        .measures = json({{"bounces", bounces}}).dump(),
         .state = encode_state(State::Zero(static_cast<Eigen::Index>(scenario->model().size())))};
   };
-  const auto all = quantities(*scenario, {{record({1, 0}), record({0, nullptr}), record({1}), record(3)}});
+  const auto all = quantities(*scenario, {{record({1, -1}), record({-1, nullptr}), record({1}), record(3)}});
   const auto named = [&](const std::string& name) {
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const Quantity& q) { return q.name == name; });
     EXPECT_NE(found, all.end()) << name;
     return Eigen::VectorXd(found->draws.col(0));
   };
-  EXPECT_EQ(named("bin_of_ball_1").head(3), Eigen::Vector3d(1, 0, 1));
-  EXPECT_TRUE(std::isnan(named("bin_of_ball_1")[3]));
-  EXPECT_EQ(named("bin_of_ball_2")[0], 0);
-  EXPECT_TRUE(named("bin_of_ball_2").tail(3).array().isNaN().all());
+  EXPECT_EQ(named("bounce_1").head(3), Eigen::Vector3d(1, -1, 1));
+  EXPECT_TRUE(std::isnan(named("bounce_1")[3]));
+  EXPECT_EQ(named("bounce_2")[0], -1);
+  EXPECT_TRUE(named("bounce_2").tail(3).array().isNaN().all());
 }
 
 }  // namespace

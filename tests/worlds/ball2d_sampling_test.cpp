@@ -41,14 +41,14 @@ LongRun run_long(std::uint32_t chains, std::uint64_t iterations) {
     bool has_arrived = false;
     for (int i = 0; i < 20000 && (has_arrived || i < 2000); ++i) {
       chain.step(*performer);
-      has_arrived |= std::abs(chain.stay().score.measures[1]) <= 0.1;
+      has_arrived |= std::abs(chain.stay().score.measures.back()) <= 0.1;
     }
     if (!has_arrived) continue;
     ++arrived;
     const std::uint64_t before = chain.counts().accepted;
     for (std::uint64_t i = 0; i < iterations; ++i) {
       chain.step(*performer);
-      within += std::abs(chain.stay().score.measures[1]) <= 0.1;
+      within += std::abs(chain.stay().score.measures.back()) <= 0.1;
     }
     accepted += static_cast<double>(chain.counts().accepted - before);
   }
@@ -92,7 +92,7 @@ TEST(Ball2dFigure2, ChainsFromRandomStartsArriveWithinTensOfIterations) {
     int arrived = 51;
     for (int i = 1; i <= 50 && arrived > 50; ++i) {
       chain.step(*performer);
-      if (std::abs(chain.stay().score.measures[1]) <= 0.1) arrived = i;
+      if (std::abs(chain.stay().score.measures.back()) <= 0.1) arrived = i;
     }
     by_20 += arrived <= 20;
     by_50 += arrived <= 50;

@@ -30,7 +30,7 @@ Outcomes throw_at(int rate, std::uint64_t seed, int count) {
   const auto physics =
       make_throws(releases, {0.12, 0.12, kFoulLine}, {.rack = kFullRack, .impact_rate = rate});
   Animation animation;
-  std::vector<double> measures(throw_measures().size());
+  std::vector<double> measures(throw_measures(kPinCount).size());
   Outcomes outcomes;
   for (const State& state : draw_states(*releases->model(), seed, count)) {
     if (physics->simulate(state, {}, animation, measures).end != SimulationEnd::complete) {

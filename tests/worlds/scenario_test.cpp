@@ -43,6 +43,14 @@ TEST(Scenario, WithoutItsWorldNothingElseIsJudged) {
     EXPECT_EQ(fault_pointers(document), std::vector<std::string>{""}) << document;
 }
 
+/// What the ball of ball2d measures by itself.
+const std::vector<Measure> kBallMeasures = {{.name = "x"},
+                                            {.name = "bounce_1", .list = "bounces"},
+                                            {.name = "bounce_2", .list = "bounces"},
+                                            {.name = "bounce_3", .list = "bounces"},
+                                            {.name = "bounce_4", .list = "bounces"},
+                                            {.name = "bounce_5", .list = "bounces"}};
+
 TEST(Scenario, ConstraintsAreRequiredButMayBeNone) {
   EXPECT_EQ(fault_pointers({{"world", "ball2d"}}), std::vector<std::string>{"/constraints"});
   for (const json& wrong : {json::object(), json(nullptr), json("none")})
@@ -50,7 +58,7 @@ TEST(Scenario, ConstraintsAreRequiredButMayBeNone) {
               std::vector<std::string>{"/constraints"});
   const auto scenario = read_scenario(R"({"world":"ball2d","constraints":[]})");
   EXPECT_EQ(scenario->document().at("constraints"), json::array());
-  EXPECT_EQ(scenario->measures(), std::vector<Measure>{{.name = "x"}});
+  EXPECT_EQ(scenario->measures(), kBallMeasures);
   const auto performer = scenario->make_performer();
   const auto take = performer->perform(State::Constant(5, 0.1));
   EXPECT_EQ(take.score.log_constraint, 0);
@@ -105,15 +113,19 @@ TEST(Scenario, ItsDocumentReadsBackAsItself) {
 TEST(Scenario, MeasuresOfEqualTermsHaveUniqueNames) {
   const auto scenario = read_scenario(R"({"world":"ball2d","constraints":[
     {"kind":"rest_position","x":1},{"kind":"rest_position","x":-1},{"kind":"rest_position","x":0.5}]})");
-  EXPECT_EQ(scenario->measures(), (std::vector<Measure>{{"x"}, {"miss"}, {"miss_2"}, {"miss_3"}}));
-  EXPECT_EQ(scenario->target(Ratios::exact)->measure_names,
-            (std::vector<std::string>{"x", "miss", "miss_2", "miss_3"}));
+  std::vector<Measure> expected = kBallMeasures;
+  expected.insert(expected.end(), {{"miss"}, {"miss_2"}, {"miss_3"}});
+  EXPECT_EQ(scenario->measures(), expected);
+  std::vector<std::string> names;
+  for (const Measure& measure : expected)
+    names.push_back(measure.name);
+  EXPECT_EQ(scenario->target(Ratios::exact)->measure_names, names);
   const auto performer = scenario->make_performer();
   const auto take = performer->perform(State::Constant(5, 0.1));
   const std::vector<double>& measures = take.score.measures;
-  EXPECT_EQ(measures[1], measures[0] - 1);
-  EXPECT_EQ(measures[2], measures[0] + 1);
-  EXPECT_EQ(measures[3], measures[0] - 0.5);
+  EXPECT_EQ(measures[6], measures[0] - 1);
+  EXPECT_EQ(measures[7], measures[0] + 1);
+  EXPECT_EQ(measures[8], measures[0] - 0.5);
 }
 
 TEST(Scenario, MeasuresKeepTheirKinds) {

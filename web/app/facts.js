@@ -47,7 +47,7 @@ export class Facts {
     fill(this.origin, [
       ["duration", seconds(sample.duration)],
       ["iteration", count(sample.iteration)],
-      ["stayed for", sample.learning ? "not counted" : `${count(sample.weight)} ${sample.weight === 1 ? "iteration" : "iterations"}`],
+      ["counts", sample.learning ? "not at all" : sample.weight === 1 ? "once" : `${count(sample.weight)} times`],
       ["log prior", number(sample.log_prior)],
       ["log constraint", number(sample.log_constraint)],
       ["plays", count(sample.plays)],

@@ -152,10 +152,13 @@ class BallPhysics final : public Physics {
     hops_.clear();
 
     double duration = 0;
+    std::size_t hop_count = 0;
     const double x = bounce(
         model_, tilts,
         [&](const Hop& hop) {
           duration = hop.start + hop.duration;
+          if (hop_count > 0) measures[hop_count] = hop.vx < 0 ? -1 : 1;  // the first is the drop
+          ++hop_count;
           if (recording.frames) hops_.push_back(hop);
         },
         [&](double time, double at, double sine, double cosine, double impulse) {
@@ -239,7 +242,12 @@ class BallScene final : public Scene {
     return KernelTable(std::move(rows));
   }
 
-  std::vector<Measure> measures() const override { return {{.name = "x"}}; }
+  std::vector<Measure> measures() const override {
+    std::vector<Measure> all = {{.name = "x"}};
+    for (std::size_t i = 1; i <= model_->size(); ++i)
+      all.push_back({.name = "bounce_" + std::to_string(i), .list = "bounces"});
+    return all;
+  }
   std::unique_ptr<Physics> make_physics() const override { return std::make_unique<BallPhysics>(bounce_); }
 
  private:

@@ -102,7 +102,7 @@ class BowlingScene final : public Scene {
   std::shared_ptr<const Model> model() const override { return releases_->model(); }
   KernelTable kernels(Ratios ratios) const override { return releases_->kernels(ratios); }
   std::vector<Coordinate> learned() const override { return releases_->learned(friction_, front_); }
-  std::vector<Measure> measures() const override { return throw_measures(); }
+  std::vector<Measure> measures() const override { return throw_measures(deck_.rack.size()); }
   std::unique_ptr<Physics> make_physics() const override { return make_throws(releases_, friction_, deck_); }
 
  private:

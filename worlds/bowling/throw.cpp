@@ -21,7 +21,15 @@ constexpr double kLongestPlay = 15;    // [s] on the deck; what is not decided b
 constexpr double kLongestRest = 8;     // [s] from the decision
 constexpr int kFrameRate = 60;         // [frames/s]
 
-enum MeasureIndex { kPinsDown, kDownCount, kEntryOffset, kEntryAngle, kEntrySpeed, kFirstContact };
+enum MeasureIndex {
+  kPinsDown,
+  kDownCount,
+  kEntryOffset,
+  kEntryAngle,
+  kEntrySpeed,
+  kFirstContact,
+  kFallOrder
+};
 
 /// How a roll ends, as far as the pins are concerned.
 struct Arrival {
@@ -121,15 +129,17 @@ class Throws final : public Physics {
     const auto ended = [&](SimulationEnd end) {
       return SimulationOutcome{.end = end, .simulated_seconds = deck_.time() - start};
     };
-    int down = 0;
+    fallen_.clear();
     while (!deck_.decided()) {
       deck_.step();
       if (deck_.exploded() || deck_.time() > start + kLongestPlay) return ended(SimulationEnd::failed);
       if (recording.frames) record_frame();
-      if (const int now = deck_.down_count(); now > down) {
-        down = now;
-        for (std::size_t i = 0; i < settings_.rack.size(); ++i)
-          animation.tracks[kFirstPinTrack + i].toppled = deck_.is_down(i);
+      if (static_cast<std::size_t>(deck_.down_count()) > fallen_.size()) {
+        for (std::size_t i = 0; i < settings_.rack.size(); ++i) {
+          bool& toppled = animation.tracks[kFirstPinTrack + i].toppled;
+          if (deck_.is_down(i) && !toppled) fallen_.push_back(settings_.rack[i]);
+          toppled = deck_.is_down(i);
+        }
         double bound = 0;
         for (const auto& term : recording.terms)
           bound += term->upper_bound(animation);
@@ -142,12 +152,11 @@ class Throws final : public Physics {
   }
 
   void measure(const Roll& roll, bool touches, std::span<double> measures) const {
-    std::vector<int> down;
-    if (touches)
-      for (std::size_t i = 0; i < settings_.rack.size(); ++i)
-        if (deck_.is_down(i)) down.push_back(settings_.rack[i]);
+    const std::span<const int> down = touches ? std::span<const int>(fallen_) : std::span<const int>();
     measures[kPinsDown] = set_of(down);
     measures[kDownCount] = static_cast<double>(down.size());
+    for (std::size_t i = 0; i < settings_.rack.size(); ++i)
+      measures[kFallOrder + i] = i < down.size() ? down[i] : kAbsent;
     // The path as it would cross the head pin's spot if nothing stood there.
     const double entry = roll.time_at(0);
     const bool enters = std::isfinite(entry) && entry <= roll.gutter_time();
@@ -252,19 +261,23 @@ class Throws final : public Physics {
   DeckSettings settings_;
   Deck deck_;
   double first_pin_;
+  std::vector<int> fallen_;                ///< the pins that are down, in the order in which they fell
   std::vector<std::vector<Pose>> frames_;  ///< of the ball, then the pins
   Eigen::Quaterniond turned_;
 };
 
 }  // namespace
 
-std::vector<Measure> throw_measures() {
-  return {{"pins_down", Measure::Kind::integer_set},
-          {"down_count"},
-          {"entry_offset"},
-          {"entry_angle"},
-          {"entry_speed"},
-          {"first_contact"}};
+std::vector<Measure> throw_measures(std::size_t pins) {
+  std::vector<Measure> measures = {{"pins_down", Measure::Kind::integer_set},
+                                   {"down_count"},
+                                   {"entry_offset"},
+                                   {"entry_angle"},
+                                   {"entry_speed"},
+                                   {"first_contact"}};
+  for (std::size_t i = 1; i <= pins; ++i)
+    measures.push_back({.name = "fall_order_" + std::to_string(i), .list = "fall_order"});
+  return measures;
 }
 
 std::unique_ptr<Physics> make_throws(std::shared_ptr<const ReleaseModel> releases,

@@ -10,8 +10,9 @@
 
 namespace retake::bowling {
 
-/// Names and kinds of what a throw measures.
-std::vector<Measure> throw_measures();
+/// Names and kinds of what a throw at so many pins measures; the last ones are the pins in the order in which
+/// they fall, absent from the first that stands.
+std::vector<Measure> throw_measures(std::size_t pins);
 
 /// The physics of throws of one scene, for one thread.
 std::unique_ptr<Physics> make_throws(std::shared_ptr<const ReleaseModel> releases,
