@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sampler/guide.h"
 #include "sampler/kernel.h"
 #include "sampler/learned.h"
 #include "sampler/model.h"
@@ -21,7 +22,7 @@ namespace retake {
 enum class Method {
   metropolis,   ///< walks p(A) by the world's proposals
   rejection,    ///< independent draws from the prior, kept with probability p_c
-  conditional,  ///< explores, learns a redraw from the hits, freezes it, then walks p(A | satisfied)
+  conditional,  ///< walks p(A | satisfied): the way the world shows, or else by a redraw learned from hits
   tempering,    ///< replicas between the prior and p(A) that swap places
 };
 std::string_view to_string(Method method);
@@ -40,6 +41,8 @@ struct Target {
   double least_satisfied = -std::numeric_limits<double>::infinity();
   /// What a redraw learns from hits; empty: every Variable that is always present.
   std::vector<Coordinate> learned{};
+  /// How `conditional` walks where the world knows; null: it learns.
+  std::shared_ptr<const Guide> guide{};
 };
 
 /// When a conditional chain stops learning: at so many hits, if the prior alone would have found some of them

@@ -196,23 +196,4 @@ double LocalMove::propose(const Model& model, const State& current, State& candi
   return log_hastings;
 }
 
-// --- KernelTable ------------------------------------------------------------------------------
-
-KernelTable::KernelTable(std::vector<WeightedKernel> rows) : rows_(std::move(rows)) {
-  double sum = 0;
-  for (const WeightedKernel& row : rows_) {
-    CHECK(row.weight > 0 && row.kernel, row.name);
-    cumulative_.push_back(sum += row.weight);
-  }
-  CHECK(!rows_.empty());
-}
-
-std::size_t KernelTable::choose(double u) const {
-  const double mark = u * cumulative_.back();
-  std::size_t row = 0;
-  while (row + 1 < rows_.size() && mark >= cumulative_[row])
-    ++row;
-  return row;
-}
-
 }  // namespace retake

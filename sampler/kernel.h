@@ -3,11 +3,14 @@
 // says.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "sampler/check.h"
 #include "sampler/model.h"
 #include "sampler/random.h"
 
@@ -99,24 +102,40 @@ class LocalMove final : public Kernel {
 };
 
 /// One row of a world's table of proposals.
-struct WeightedKernel {
+template <typename Proposal>
+struct Weighted {
   std::string name;
   double weight;  ///< relative; positive
-  std::shared_ptr<const Kernel> kernel;
+  std::shared_ptr<const Proposal> kernel;
 };
 
-/// A world's proposals: one kernel is chosen an iteration, in proportion to its weight.
-class KernelTable {
+/// A world's proposals: one is chosen an iteration, in proportion to its weight.
+template <typename Proposal>
+class WeightedTable {
  public:
-  KernelTable() = default;
-  explicit KernelTable(std::vector<WeightedKernel> rows);
-  const std::vector<WeightedKernel>& rows() const { return rows_; }
+  WeightedTable() = default;
+  /// Requires: at least one row.
+  explicit WeightedTable(std::vector<Weighted<Proposal>> rows) : rows_(std::move(rows)) {
+    CHECK(!rows_.empty());
+    double sum = 0;
+    for (const auto& row : rows_) {
+      CHECK(row.weight > 0 && row.kernel != nullptr, row.name);
+      cumulative_.push_back(sum += row.weight);
+    }
+  }
+  const std::vector<Weighted<Proposal>>& rows() const { return rows_; }
   /// The row for a number uniform on (0, 1).
-  std::size_t choose(double u) const;
+  std::size_t choose(double u) const {
+    const auto found = std::upper_bound(cumulative_.begin(), cumulative_.end(), u * cumulative_.back());
+    return std::min(static_cast<std::size_t>(found - cumulative_.begin()), rows_.size() - 1);
+  }
 
  private:
-  std::vector<WeightedKernel> rows_;
+  std::vector<Weighted<Proposal>> rows_;
   std::vector<double> cumulative_;
 };
+
+using WeightedKernel = Weighted<Kernel>;
+using KernelTable = WeightedTable<Kernel>;
 
 }  // namespace retake

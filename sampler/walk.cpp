@@ -8,6 +8,7 @@
 
 #include "sampler/check.h"
 #include "sampler/conditional.h"
+#include "sampler/guided.h"
 #include "sampler/simple_walks.h"
 #include "sampler/tempering.h"
 
@@ -31,6 +32,7 @@ std::unique_ptr<Walk> Walk::make(const Target& target, const ChainSettings& sett
     case Method::rejection:
       return std::make_unique<Rejection>(target, settings, counts);
     case Method::conditional:
+      if (target.guide) return std::make_unique<Guided>(target, settings, counts);
       return std::make_unique<Conditional>(target, settings, counts);
     case Method::tempering:
       return std::make_unique<Tempering>(target, settings, counts);
@@ -49,7 +51,7 @@ std::vector<std::string> Walk::kernel_names(const Target& target, Method method)
     case Method::rejection:
       return {"prior"};
     case Method::conditional:
-      return Conditional::kernel_names();
+      return target.guide ? Guided::kernel_names(*target.guide) : Conditional::kernel_names();
     case Method::tempering:
       return Tempering::kernel_names();
   }
@@ -108,44 +110,65 @@ void Walk::simulate_first(Simulator& simulator, Walker& walker) {
 
 bool Walk::step_by(const Kernel& kernel, KernelCounter& counter, RandomStream& draws, double log_u,
                    const Aim& aim, Simulator& simulator, Walker& walker) {
-  // Propose.
+  candidate_ = walker.stay.state;
+  const double log_hastings = kernel.propose(*target_.model, walker.stay.state, candidate_, draws);
+  if (!is_move(walker, counter)) return false;
+  if (!reaches(needed_for(log_hastings, log_u, aim, walker.stay), aim, simulator, walker)) return false;
+  accept(counter, walker);
+  return true;
+}
+
+bool Walk::step_by(const ScoredKernel& kernel, KernelCounter& counter, RandomStream& draws, double log_u,
+                   const Aim& aim, Simulator& simulator, Walker& walker) {
   const Stay& stay = walker.stay;
   candidate_ = stay.state;
-  const double log_hastings = kernel.propose(*target_.model, stay.state, candidate_, draws);
+  const double bound = kernel.propose(*target_.model, stay.state, stay.score, candidate_, draws);
+  if (!is_move(walker, counter)) return false;
+  if (!reaches(needed_for(bound, log_u, aim, stay), aim, simulator, walker)) return false;
+  const double log_hastings =
+      kernel.log_hastings(*target_.model, stay.state, stay.score, candidate_, candidate_score_);
+  CHECK(log_hastings <= bound + 1e-9, log_hastings, bound);
+  if (!(candidate_score_.log_constraint > needed_for(log_hastings, log_u, aim, stay))) return false;
+  accept(counter, walker);
+  return true;
+}
+
+bool Walk::is_move(const Walker& walker, KernelCounter& counter) {
   ++counter.proposed;
-  if (identical(candidate_, stay.state)) {
-    ++counter.accepted;
-    ++counts_.accepted;
-    return false;
+  if (!identical(candidate_, walker.stay.state)) {
+    candidate_log_prior_ = target_.model->log_prior(candidate_);
+    return true;
   }
+  ++counter.accepted;
+  ++counts_.accepted;
+  return false;
+}
 
-  // What the candidate's log_constraint has to exceed, strictly, to be accepted; u is drawn before
-  // simulating.
-  candidate_log_prior_ = target_.model->log_prior(candidate_);
+double Walk::needed_for(double log_hastings, double log_u, const Aim& aim, const Stay& stay) const {
+  if (candidate_log_prior_ == kImpossible) return std::numeric_limits<double>::infinity();
+  const double log_missing = log_u - (candidate_log_prior_ - stay.log_prior) - log_hastings;
   double needed = std::numeric_limits<double>::infinity();
-  if (candidate_log_prior_ != kImpossible) {
-    const double log_missing = log_u - (candidate_log_prior_ - stay.log_prior) - log_hastings;
-    if (aim.beta > 0)
-      needed = stay.score.log_constraint + log_missing / aim.beta;
-    else if (log_missing < 0)
-      needed = kImpossible;
-    if (aim.conditional) needed = std::max(needed, needed_to_satisfy());
-  }
+  if (aim.beta > 0)
+    needed = stay.score.log_constraint + log_missing / aim.beta;
+  else if (log_missing < 0)
+    needed = kImpossible;
+  if (aim.conditional) needed = std::max(needed, needed_to_satisfy());
   CHECK(!std::isnan(needed), candidate_log_prior_, log_hastings, stay.score.log_constraint);
+  return needed;
+}
 
-  // Simulate, unless the answer is known already: outside the support, or log_constraint <= 0 cannot reach
-  // it.
+bool Walk::reaches(double needed, const Aim& aim, Simulator& simulator, const Walker& walker) {
+  // The answer may be known already: outside the support, or log_constraint <= 0 cannot reach it.
   const bool hopeless = needed >= 0;
   const bool simulate = settings_.early_rejection ? !hopeless : candidate_log_prior_ != kImpossible;
-  if (!simulate || !simulate_candidate(simulator, &walker, needed) ||
-      !(candidate_score_.log_constraint > needed) || (aim.conditional && !candidate_score_.satisfied))
-    return false;
+  return simulate && simulate_candidate(simulator, &walker, needed) &&
+         candidate_score_.log_constraint > needed && (!aim.conditional || candidate_score_.satisfied);
+}
 
-  // Accept.
+void Walk::accept(KernelCounter& counter, Walker& walker) {
   ++counter.accepted;
   ++counts_.accepted;
   move_to_candidate(walker);
-  return true;
 }
 
 bool Walk::simulate_candidate(Simulator& simulator, const Walker* walker, double needed) {

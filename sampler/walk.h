@@ -11,6 +11,7 @@
 
 #include "sampler/bytes.h"
 #include "sampler/chain.h"
+#include "sampler/guide.h"
 
 namespace retake {
 
@@ -64,6 +65,8 @@ class Walk {
   /// equal to the current State is no move and costs no simulation.
   bool step_by(const Kernel& kernel, KernelCounter& counter, RandomStream& draws, double log_u,
                const Aim& aim, Simulator& simulator, Walker& walker);
+  bool step_by(const ScoredKernel& kernel, KernelCounter& counter, RandomStream& draws, double log_u,
+               const Aim& aim, Simulator& simulator, Walker& walker);
   /// Simulates candidate_, from `walker` if there is one to resume from. True if its Score is whole.
   bool simulate_candidate(Simulator& simulator, const Walker* walker, double needed);
   /// The walker moves to candidate_.
@@ -84,6 +87,14 @@ class Walk {
   std::unique_ptr<Run> candidate_run_;
 
  private:
+  /// True if candidate_, which was proposed, is another State; else its proposal counts as accepted.
+  bool is_move(const Walker& walker, KernelCounter& counter);
+  /// What the candidate's log_constraint has to exceed, strictly, to be accepted.
+  double needed_for(double log_hastings, double log_u, const Aim& aim, const Stay& stay) const;
+  /// Simulates candidate_ unless it is hopeless. True if its log_constraint exceeds `needed`.
+  bool reaches(double needed, const Aim& aim, Simulator& simulator, const Walker& walker);
+  void accept(KernelCounter& counter, Walker& walker);
+
   bool resumes_;  ///< until the simulator has no Run to offer
 };
 

@@ -148,6 +148,7 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
     scenario->terms_read_frames_ |= term->reads_frames();
     target.least_satisfied += term->least_when_satisfied();
   }
+  target.guide = scenario->scene_->guide(scenario->terms_);
   for (const Measure& measure : scenario->measures_)
     target.measure_names.push_back(measure.name);
   scenario->exact_ = std::make_shared<const Target>(target);

@@ -52,6 +52,11 @@ class Scene {
   /// The few Variables on which it depends whether a wish comes true, for chains that learn; see
   /// Target::learned.
   virtual std::vector<Coordinate> learned() const { return {}; }
+  /// How `conditional` chains come to what these terms wish, where the world knows; see Target::guide.
+  virtual std::shared_ptr<const Guide> guide(const Terms& wishes) const {
+    (void)wishes;
+    return nullptr;
+  }
   /// What Physics::simulate measures.
   virtual std::vector<Measure> measures() const { return {}; }
   virtual std::unique_ptr<Physics> make_physics() const = 0;

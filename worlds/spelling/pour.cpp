@@ -19,7 +19,7 @@ constexpr double kFrameRate = 60;       // [frames/s]
 constexpr double kLongestSettling = 6;  // [s] after the last drop; chosen: marbles take one
 
 // The measures: these, then the bin of each marble, then the place of each in the order of coming to rest.
-enum MeasureIndex : std::size_t { kActiveBalls, kDirectBalls, kSettlingTime, kFirstOfLists };
+enum MeasureIndex : std::size_t { kActiveBalls, kDirectBalls, kSettlingTime };
 
 class Pours final : public Physics {
  public:
@@ -131,7 +131,7 @@ class Pours final : public Physics {
 
   void measure(const Animation& animation, std::span<double> measures) const {
     std::fill(measures.begin(), measures.end(), kAbsent);
-    const std::size_t bins = kFirstOfLists, places = kFirstOfLists + scene_.bodies.size();
+    const std::size_t bins = kFirstBinMeasure, places = bins + scene_.bodies.size();
     double direct = 0;
     for (std::size_t i = 0; i < rested_.size(); ++i) {
       const std::size_t marble = rested_[i].body;

@@ -19,6 +19,8 @@ struct PourSettings {
 
 /// Names and kinds of what a pour of so many marbles measures.
 std::vector<Measure> pour_measures(std::size_t marbles);
+/// Which of them is the bin of the first marble; those of the others follow.
+inline constexpr std::size_t kFirstBinMeasure = 3;
 
 /// The physics of pours of one scene, for one thread. Its animations have a track for each marble that takes
 /// part, in the order of their drops.

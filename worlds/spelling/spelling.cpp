@@ -7,6 +7,7 @@
 
 #include "worlds/spelling/box.h"
 #include "worlds/spelling/marbles.h"
+#include "worlds/spelling/moves.h"
 #include "worlds/spelling/pour.h"
 #include "worlds/spelling/view.h"
 #include "worlds/spelling/wish.h"
@@ -94,6 +95,12 @@ class SpellingScene final : public Scene {
 
   std::shared_ptr<const Model> model() const override { return marbles_->model(); }
   KernelTable kernels(Ratios ratios) const override { return marbles_->kernels(ratios); }
+  /// To the word, if there is one wish.
+  std::shared_ptr<const Guide> guide(const Terms& wishes) const override {
+    const auto* wish = wishes.size() == 1 ? dynamic_cast<const Wish*>(wishes[0].get()) : nullptr;
+    if (!wish) return nullptr;
+    return make_guide(*box_, marbles_, wish->pattern(), kFirstBinMeasure);
+  }
   std::vector<Measure> measures() const override { return pour_measures(marbles_->marble_count()); }
   std::unique_ptr<Physics> make_physics() const override { return make_pours(marbles_, box_, settings_); }
 
@@ -117,7 +124,7 @@ class SpellingWorld final : public World {
   std::string_view summary() const override {
     return "Marbles poured into a box of bins: say which word they shall spell";
   }
-  Method default_method() const override { return Method::metropolis; }
+  Method default_method() const override { return Method::conditional; }
   Savings savings() const override { return {.stops_early = true, .resumes = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }
   const std::vector<TermKind>& term_kinds() const override {
@@ -125,7 +132,7 @@ class SpellingWorld final : public World {
     return kinds;
   }
   std::vector<json> examples() const override {
-    return {example("HI", 7, 5)};
+    return {example("HI", 7, 5), example("ACM", 15, 7), example("HOMEMADE", 40, 7)};
   }
   std::optional<Viewpoint> viewpoint(const Animation& shown) const override { return box_viewpoint(shown); }
 

@@ -1,0 +1,168 @@
+// See guided.h.
+#include "sampler/guided.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "sampler/check.h"
+
+namespace retake {
+namespace {
+
+enum Counters : std::size_t { kBuilding, kFirstKernel };
+
+// In sweeps; chosen.
+constexpr std::uint64_t kBurnIn = 100;
+constexpr std::uint64_t kBetweenSamples = 5;
+constexpr std::uint64_t kBetweenSoft = 50;
+// Satisfied States of a soft stretch, in fractions of a sweep: they cost several times as much.
+constexpr std::uint64_t kSoftFraction = 2;
+
+}  // namespace
+
+Guided::Guided(const Target& target, const ChainSettings& settings, ChainCounts& counts)
+    : Walk(target, settings, counts), guide_(*target.guide) {
+  noted_.stay.score.measures.assign(target_.measure_names.size(), kAbsent);
+  counts_.is_learning = true;
+}
+
+std::vector<std::string> Guided::kernel_names(const Guide& guide) {
+  std::vector<std::string> names = {"build"};
+  for (const auto& row : guide.kernels().rows())
+    names.push_back(row.name);
+  for (const auto& row : guide.soft_kernels().rows())
+    names.push_back("soft_" + row.name);
+  return names;
+}
+
+void Guided::start(Simulator& simulator) {
+  RandomStream draws = random(Purpose::initial);
+  guide_.begin(*target_.model, walker_.stay.state, draws);
+  walker_.stay.log_prior = target_.model->log_prior(walker_.stay.state);
+  CHECK(walker_.stay.log_prior != kImpossible);
+  walker_.stay.score.measures.assign(target_.measure_names.size(), kAbsent);
+  simulate_first(simulator, walker_);
+  noted_.stay = walker_.stay;
+  noted_.stay.weight = 0;
+}
+
+bool Guided::step(Simulator& simulator) {
+  switch (phase_) {
+    case Phase::building:
+      build(simulator);
+      break;
+    case Phase::burning_in:
+    case Phase::sampling:
+      move(guide_.kernels(), kFirstKernel, true, simulator);
+      break;
+    case Phase::soft_stretch:
+      move(guide_.soft_kernels(), kFirstKernel + guide_.kernels().rows().size(), false, simulator);
+      break;
+  }
+  return walker_.stay.score.satisfied && go_on();
+}
+
+void Guided::build(Simulator& simulator) {
+  RandomStream draws = random(Purpose::proposal);
+  KernelCounter& counter = counts_.kernels[kBuilding];
+  ++counter.proposed;
+  candidate_ = walker_.stay.state;
+  guide_.extend(*target_.model, walker_.stay.state, walker_.stay.score, vain_tries_, candidate_, draws);
+  candidate_log_prior_ = target_.model->log_prior(candidate_);
+  ++vain_tries_;
+  if (candidate_log_prior_ == kImpossible || !simulate_candidate(simulator, &walker_, kImpossible) ||
+      !guide_.keeps(walker_.stay.state, walker_.stay.score, candidate_, candidate_score_))
+    return;
+  vain_tries_ = 0;
+  ++counter.accepted;
+  ++counts_.accepted;
+  move_to_candidate(walker_);
+}
+
+void Guided::move(const ScoredKernelTable& kernels, std::size_t first_counter, bool conditional,
+                  Simulator& simulator) {
+  RandomStream draws = random(Purpose::proposal);
+  const std::size_t row = kernels.choose(draws.uniform());
+  step_by(*kernels.rows()[row].kernel, counts_.kernels[first_counter + row], draws,
+          std::log(random(Purpose::acceptance).uniform()), {.conditional = conditional}, simulator, walker_);
+}
+
+/// The walk stands on a satisfied State, where it met one more. True if it notes a sample.
+bool Guided::go_on() {
+  const std::uint64_t sweep = guide_.sweep();
+  ++met_;
+  ++since_note_;
+  const auto enter = [&](Phase phase) {
+    phase_ = phase;
+    met_ = 0;
+  };
+  switch (phase_) {
+    case Phase::building:
+      enter(Phase::burning_in);
+      since_note_ = 0;
+      return note();  // nobody shall wait until it has burned in
+    case Phase::burning_in:
+      if (met_ == kBurnIn * sweep) {
+        enter(Phase::sampling);
+        counts_.is_learning = false;
+      }
+      break;
+    case Phase::sampling:
+      if (met_ == kBetweenSoft * sweep && !guide_.soft_kernels().rows().empty()) enter(Phase::soft_stretch);
+      break;
+    case Phase::soft_stretch:
+      if (met_ > sweep / kSoftFraction) enter(Phase::sampling);
+      break;
+  }
+  if (since_note_ < kBetweenSamples * sweep) return false;
+  since_note_ = 0;
+  return note();
+}
+
+/// True if the walk has moved since it was noted last.
+bool Guided::note() {
+  Stay& noted = noted_.stay;
+  // What weighed nothing while it burned in is noted anew.
+  const bool counts = !counts_.is_learning;
+  const bool is_new = walker_.stay.iteration != moved_at_ || !noted.is_sample || (counts && noted.weight == 0);
+  if (!is_new) {
+    noted.weight += counts ? 1 : 0;
+    return false;
+  }
+  ended_weight_ = noted.weight;
+  moved_at_ = walker_.stay.iteration;
+  noted = walker_.stay;
+  noted.iteration = counts_.iteration;
+  noted.weight = counts ? 1 : 0;
+  noted.is_sample = true;
+  ++counts_.samples;
+  return true;
+}
+
+// --- Checkpoint -------------------------------------------------------------------------------
+
+void Guided::write(ByteWriter& out) const {
+  Walk::write(out);
+  write_walker(out, noted_);
+  out.put(static_cast<std::uint8_t>(phase_));
+  out.put(vain_tries_);
+  out.put(met_);
+  out.put(since_note_);
+  out.put(moved_at_);
+}
+
+void Guided::read(ByteReader& in) {
+  Walk::read(in);
+  read_walker(in, target_, noted_);
+  const auto phase = in.get<std::uint8_t>();
+  if (phase > static_cast<std::uint8_t>(Phase::soft_stretch)) throw std::out_of_range("a phase that cannot be");
+  phase_ = static_cast<Phase>(phase);
+  vain_tries_ = in.get<std::uint64_t>();
+  met_ = in.get<std::uint64_t>();
+  since_note_ = in.get<std::uint64_t>();
+  moved_at_ = in.get<std::uint64_t>();
+  if (counts_.iteration > 0 && (!walker_.was_simulated || noted_.stay.state.size() == 0))
+    throw std::out_of_range("a walk that stands nowhere");
+}
+
+}  // namespace retake

@@ -1,0 +1,53 @@
+// Guided: walks p(A | satisfied) the way that a world shows - its own start, its own kernels.
+// DESIGN section 3, "conditional". Every decision is taken by counts. Internal to the sampler.
+#pragma once
+
+#include "sampler/guide.h"
+#include "sampler/walk.h"
+
+namespace retake {
+
+/// One iteration is one candidate. It builds up a first satisfied State, burns in, and from then on notes
+/// where it stands at fixed intervals: those are its samples, as successive States are near-copies. What it
+/// meets at those intervals while burning in is shown, and weighs nothing.
+///
+/// Now and then comes a soft stretch: a fixed number of satisfied States of a walk on p(A). The satisfied
+/// States alone that such a walk visits are a walk on p(A | satisfied), so the target stays as it is, and
+/// what the kernels on satisfied States cannot reach is reached.
+class Guided final : public Walk {
+ public:
+  /// Requires: target.guide.
+  Guided(const Target& target, const ChainSettings& settings, ChainCounts& counts);
+  static std::vector<std::string> kernel_names(const Guide& guide);
+
+  void start(Simulator& simulator) override;
+  bool step(Simulator& simulator) override;
+  /// The sample that was noted last, not where it walks on.
+  std::span<const Walker> walkers() const override { return {&noted_, 1}; }
+  void write(ByteWriter& out) const override;
+  void read(ByteReader& in) override;
+
+ private:
+  enum class Phase : std::uint8_t {
+    building,
+    burning_in,
+    sampling,
+    soft_stretch,  ///< within sampling
+  };
+
+  void build(Simulator& simulator);
+  void move(const ScoredKernelTable& kernels, std::size_t first_counter, bool conditional,
+            Simulator& simulator);
+  bool go_on();
+  bool note();
+
+  const Guide& guide_;
+  Phase phase_ = Phase::building;
+  std::uint64_t vain_tries_ = 0;  ///< while building
+  std::uint64_t met_ = 0;         ///< satisfied States of the walk, since the phase began
+  std::uint64_t since_note_ = 0;  ///< satisfied States
+  std::uint64_t moved_at_ = 0;    ///< the iteration that moved to where it stands
+  Walker noted_;
+};
+
+}  // namespace retake
