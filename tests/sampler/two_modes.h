@@ -28,6 +28,7 @@ struct TwoModes {
   double narrowness = 1;
   /// Only the second part satisfies.
   bool is_single = false;
+  std::shared_ptr<const Guide> guide{};
 
   enum Variables : std::size_t { kX, kY, kSlope, kSwitch, kGoverned };
 
@@ -81,6 +82,7 @@ struct TwoModes {
         model,
         KernelTable({{"redraw", 1, std::make_shared<const Redraw>(Redraw::all(*model, Ratios::exact))}}),
         {"log_constraint"}});
+    target->guide = guide;
     target->least_satisfied = height == Height::level ? 0 : height == Height::stepped ? -1 : -kInfinity;
     return target;
   }

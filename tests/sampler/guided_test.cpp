@@ -1,0 +1,181 @@
+// Chains that a world guides: exact whatever the kernels look at, the same with early rejection on or off and
+// after any interruption. Each statistical comparison errs with probability 1e-6 unless it says more.
+#include <array>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/sampler/walk_checks.h"
+
+namespace retake::tests {
+namespace {
+
+using Height = TwoModes::Height;
+
+ChainSettings with_seed(std::uint64_t seed) {
+  return {.seed = seed, .method = Method::conditional};
+}
+
+/// Draws x and y around one of the modes, or within the mode where it is. Which mode is likelier depends on
+/// what the Score says, so the way back depends on the candidate's.
+class JumpByScore final : public ScoredKernel {
+ public:
+  explicit JumpByScore(bool stays_in_mode) : stays_in_mode_(stays_in_mode) {}
+  double propose(const Model&, const State& current, const Score& score, State& candidate,
+                 RandomStream& random) const override {
+    const std::size_t mode = random.bernoulli(share(current, score)) ? 0 : 1;
+    candidate[TwoModes::kX] = kLow[mode][0] + kWidth[0] * random.uniform();
+    candidate[TwoModes::kY] = kLow[mode][1] + kWidth[1] * random.uniform();
+    return std::log(1 / (kWidth[0] * kWidth[1])) - log_density(current, score, candidate);
+  }
+  double log_hastings(const Model&, const State& current, const Score& score, const State& candidate,
+                      const Score& candidate_score) const override {
+    return log_density(candidate, candidate_score, current) - log_density(current, score, candidate);
+  }
+
+ private:
+  static constexpr std::array<std::array<double, 2>, 2> kLow = {{{1.0, 0.0}, {-1.2, 0.5}}};
+  static constexpr std::array<double, 2> kWidth = {0.8, 0.3};
+  double share(const State& from, const Score& score) const {
+    if (stays_in_mode_) return TwoModes::part(from) == 1 ? 1 : 0;
+    return score.log_constraint < -0.4 ? 0.25 : 0.7;
+  }
+  double log_density(const State& from, const Score& score, const State& to) const {
+    const auto is_in = [&](std::size_t mode) {
+      return to[TwoModes::kX] >= kLow[mode][0] && to[TwoModes::kX] < kLow[mode][0] + kWidth[0] &&
+             to[TwoModes::kY] >= kLow[mode][1] && to[TwoModes::kY] < kLow[mode][1] + kWidth[1];
+    };
+    const double first = share(from, score);
+    const double sum = (is_in(0) ? first : 0) + (is_in(1) ? 1 - first : 0);
+    return std::log(sum / (kWidth[0] * kWidth[1]));
+  }
+  bool stays_in_mode_;
+};
+
+/// Any kernel that does not look at scores.
+class Unscored final : public ScoredKernel {
+ public:
+  explicit Unscored(std::shared_ptr<const Kernel> kernel) : kernel_(std::move(kernel)) {}
+  double propose(const Model& model, const State& current, const Score&, State& candidate,
+                 RandomStream& random) const override {
+    return kernel_->propose(model, current, candidate, random);
+  }
+  double log_hastings(const Model& model, const State& current, const Score&, const State& candidate,
+                      const Score&) const override {
+    return is_redraw() ? model.log_prior(current) - model.log_prior(candidate) : 0;
+  }
+
+ private:
+  bool is_redraw() const { return dynamic_cast<const Redraw*>(kernel_.get()) != nullptr; }
+  std::shared_ptr<const Kernel> kernel_;
+};
+
+class ToyGuide final : public Guide {
+ public:
+  ToyGuide(const Model& model, bool stays_in_mode) {
+    const auto unscored = [](auto kernel) {
+      return std::make_shared<const Unscored>(std::make_shared<const decltype(kernel)>(std::move(kernel)));
+    };
+    const Perturb slope({{.variables = {TwoModes::kSlope}, .size = 1.2}});
+    kernels_ = ScoredKernelTable(
+        {{"jump", 1, std::make_shared<const JumpByScore>(stays_in_mode)},
+         {"slope", 1, unscored(slope)},
+         {"switch", 1, unscored(Redraw(model, {TwoModes::kSwitch, TwoModes::kGoverned}, Ratios::exact))}});
+    soft_kernels_ = ScoredKernelTable({{"redraw", 1, unscored(Redraw::all(model, Ratios::exact))}});
+  }
+  void begin(const Model& model, State& state, RandomStream& random) const override {
+    do
+      model.draw(random, state);
+    while (model.log_prior(state) == -kInfinity);
+  }
+  void extend(const Model& model, const State&, const Score&, std::uint64_t, State& candidate,
+              RandomStream& random) const override {
+    model.draw(random, candidate);
+  }
+  bool keeps(const State&, const Score&, const State&, const Score& candidate_score) const override {
+    return candidate_score.satisfied;
+  }
+  const ScoredKernelTable& kernels() const override { return kernels_; }
+  const ScoredKernelTable& soft_kernels() const override { return soft_kernels_; }
+  std::uint64_t sweep() const override { return 3; }
+
+ private:
+  ScoredKernelTable kernels_, soft_kernels_;
+};
+
+TwoModes guided(TwoModes toy, bool stays_in_mode = false) {
+  toy.guide = std::make_shared<const ToyGuide>(*toy.target()->model, stays_in_mode);
+  return toy;
+}
+
+std::string name_of(const TwoModes& toy) {
+  const std::string names[] = {"Level", "Stepped", "Sloped"};
+  return names[static_cast<std::size_t>(toy.height)] + (toy.hazards ? "WithHazards" : "");
+}
+
+class GuidedTest : public ::testing::TestWithParam<TwoModes> {};
+INSTANTIATE_TEST_SUITE_P(Toys, GuidedTest, ::testing::ValuesIn(all_two_modes()),
+                         [](const auto& tested) { return name_of(tested.param); });
+
+TEST_P(GuidedTest, IsExact) {
+  const Truth truth = truth_of(GetParam(), 1'000'000, 401);
+  EXPECT_LT(largest_t(runs_of(guided(GetParam()), with_seed(402), 30'000), truth), kLargestT);
+}
+
+TEST_P(GuidedTest, SoftStretchesReachWhatItsKernelsDoNot) {
+  const Truth truth = truth_of(GetParam(), 1'000'000, 403);
+  EXPECT_LT(largest_t(runs_of(guided(GetParam(), true), with_seed(404), 60'000), truth), kLargestT);
+}
+
+TEST_P(GuidedTest, EarlyRejectionChangesNothingButTheWork) {
+  const TwoModes toy = guided(GetParam());
+  expect_early_rejection_changes_nothing(toy, with_seed(405), 6000);
+}
+
+TEST_P(GuidedTest, LearningWeighsNothing) {
+  expect_learning_weighs_nothing(guided(GetParam()), with_seed(406), 40'000);
+}
+
+TEST_P(GuidedTest, ResumedEqualsUninterrupted) {
+  expect_resumes(guided(GetParam()), with_seed(407), 4000, [](int) { return true; });
+}
+
+TEST(Guided, DamagedCheckpointsAreRefused) {
+  const TwoModes toy = guided({.height = Height::sloped});
+  for (const int iterations : {0, 1, 200, 1500}) {
+    Chain chain(toy.target(), with_seed(408));
+    ToySimulator simulator = toy.simulator();
+    for (int i = 0; i < iterations; ++i)
+      chain.step(simulator);
+    expect_survives_damage(toy, with_seed(408), chain.checkpoint(), 1);
+  }
+}
+
+TEST(Guided, WhatItMetLastIsNotShownBeforeItIsNoted) {
+  // Samples come at fixed intervals; between them the walk moves on unseen.
+  const TwoModes toy = guided({});
+  Chain chain(toy.target(), with_seed(409));
+  ToySimulator simulator = toy.simulator();
+  while (chain.counts().iteration == 0 || chain.counts().is_learning)
+    chain.step(simulator);
+  std::uint64_t last = 0, told = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const bool is_new = chain.step(simulator);
+    const Stay& stay = chain.stay();
+    EXPECT_TRUE(stay.is_sample);
+    if (!is_new) continue;
+    EXPECT_EQ(stay.iteration, chain.counts().iteration);
+    if (told > 0) {
+      EXPECT_GE(stay.iteration - last, 15u);
+    }
+    last = stay.iteration;
+    ++told;
+  }
+  EXPECT_GT(told, 20u);
+}
+
+}  // namespace
+}  // namespace retake::tests

@@ -1,0 +1,185 @@
+// The moves between complete words: chains of `conditional` say of p(A | satisfied) what rejection from the
+// prior says, moves come back bit for bit, drops have the density that they are drawn by, words are found.
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sampler/chain.h"
+#include "tests/sampler/statistics.h"
+#include "tests/worlds/fixture.h"
+#include "worlds/spelling/drop_table.h"
+
+namespace retake::tests {
+namespace {
+
+using spelling::DropCounts;
+using spelling::DropTable;
+
+/// Three bins by two, some of them designated.
+std::shared_ptr<const Scenario> tiny(const std::vector<std::string>& rows, double interval) {
+  return Scenario::read({{"world", "spelling"},
+                         {"model", {{"columns", 3}, {"rows", 2}, {"interval", interval}}},
+                         {"constraints", {{{"kind", "bins"}, {"rows", rows}}}}});
+}
+
+std::size_t index_of(const Scenario& scenario, const std::string& name) {
+  const auto& measures = scenario.measures();
+  const auto found =
+      std::find_if(measures.begin(), measures.end(), [&](const Measure& m) { return m.name == name; });
+  return static_cast<std::size_t>(found - measures.begin());
+}
+
+/// Fifteen numbers of a satisfied animation.
+std::vector<double> marginals(const Scenario& scenario, const State& state, const Score& score, int balls) {
+  const auto measure = [&](const std::string& name) { return score.measures[index_of(scenario, name)]; };
+  const std::string last = std::to_string(balls);
+  const Eigen::VectorXd offsets = state.tail(state.size() - 3 * balls) / 0.0001;
+  const Eigen::Index x = 1, z = 2, last_x = 3 * (balls - 1) + 1, last_z = last_x + 1;
+  return {measure("direct_balls"),
+          measure("settling_time"),
+          measure("bin_of_ball_1"),
+          measure("bin_of_ball_" + last),
+          measure("place_of_ball_1"),
+          measure("bin_of_ball_1") * measure("direct_balls"),
+          state[x],
+          state[z],
+          state[last_x],
+          state[last_z],
+          state[x] * state[x] + state[z] * state[z],
+          (state.segment<2>(x) - state.segment<2>(last_x)).norm(),
+          offsets.squaredNorm() / static_cast<double>(offsets.size()),
+          offsets[offsets.size() / 2],
+          offsets.segment<3>(3 * (offsets.size() / 6)).squaredNorm()};
+}
+
+/// Compares 15 marginals of satisfied draws of the prior with those of independent chains.
+void expect_exact(const std::vector<std::string>& rows, double interval, int draws, int chains, int iterations,
+                  double largest_z) {
+  const auto scenario = tiny(rows, interval);
+  const auto performer = scenario->make_performer();
+  const int balls = static_cast<int>(std::count(rows[0].begin(), rows[0].end(), '#') +
+                                     std::count(rows[1].begin(), rows[1].end(), '#'));
+  std::vector<std::vector<double>> plain, walked;
+  Chain rejection(scenario->target(Ratios::exact), {.seed = 31, .method = Method::rejection});
+  while (rejection.counts().iteration < static_cast<std::uint64_t>(draws))
+    if (rejection.step(*performer) && rejection.stay().is_sample)
+      plain.push_back(marginals(*scenario, rejection.stay().state, rejection.stay().score, balls));
+  for (int index = 0; index < chains; ++index) {
+    Chain chain(scenario->target(Ratios::exact), {.seed = 32,
+                                                  .index = static_cast<std::uint32_t>(index),
+                                                  .method = Method::conditional});
+    while (chain.counts().iteration == 0 || chain.counts().is_learning)
+      chain.step(*performer);
+    std::vector<double> sums(15, 0);
+    double noted = 0;
+    for (int i = 0; i < iterations; ++i) {
+      if (!chain.step(*performer)) continue;
+      ++noted;
+      const auto values = marginals(*scenario, chain.stay().state, chain.stay().score, balls);
+      for (std::size_t m = 0; m < sums.size(); ++m)
+        sums[m] += values[m];
+    }
+    ASSERT_GT(noted, 0);
+    for (double& sum : sums)
+      sum /= noted;
+    walked.push_back(sums);
+  }
+  ASSERT_GT(plain.size(), 100u);
+  double squares = 0;
+  for (std::size_t m = 0; m < 15; ++m) {
+    std::vector<double> left, right;
+    for (const auto& values : plain)
+      left.push_back(values[m]);
+    for (const auto& values : walked)
+      right.push_back(values[m]);
+    const double z = z_of_means(left, right);
+    squares += z * z;
+    EXPECT_LT(std::abs(z), largest_z) << "marginal " << m;
+    std::printf("marginal %zu: %.4f by rejection, %.4f by chains, z %.2f\n", m, moments(left).mean,
+                moments(right).mean, z);
+  }
+  std::printf("%zu hits, %d chains: sum of z^2 %.1f\n", plain.size(), chains, squares);
+  EXPECT_LT(squares, 45) << "15 of them, and not independent";
+}
+
+TEST(SpellingMoves, AreExactOnTwoBins) {
+  expect_exact({"#..", "..#"}, 0.15, 4000, 30, 900, 5);
+}
+TEST(SpellingMoves, AreExactOnThreeBinsWhereBallsMeet) {
+  expect_exact({"#.#", ".#."}, 0.05, 6000, 30, 900, 5);
+}
+
+TEST(SlowSpellingMoves, AreExactOnTwoBins) {
+  expect_exact({"#..", "..#"}, 0.15, 300'000, 200, 20'000, 4);
+  expect_exact({"#..", "..#"}, 0.05, 300'000, 200, 20'000, 4);
+}
+TEST(SlowSpellingMoves, AreExactOnThreeBins) {
+  expect_exact({"#.#", ".#."}, 0.15, 600'000, 200, 20'000, 4);
+  expect_exact({"#.#", ".#."}, 0.05, 600'000, 200, 20'000, 4);
+}
+
+TEST(SpellingMoves, AWordIsFoundAtOnce) {
+  // The greedy start takes few tries a ball.
+  for (const std::size_t which : {0u, 1u, 2u}) {
+    const auto scenario = Scenario::read(find_world("spelling")->examples().at(which));
+    const auto performer = scenario->make_performer();
+    const auto balls = scenario->document().at("model").at("balls").get<std::uint64_t>();
+    Chain chain(scenario->target(Ratios::exact), {.seed = 33, .method = Method::conditional});
+    while (chain.counts().samples == 0 && chain.counts().iteration < 10 * balls)
+      chain.step(*performer);
+    ASSERT_EQ(chain.counts().samples, 1u) << which;
+    EXPECT_TRUE(chain.stay().score.satisfied);
+    EXPECT_EQ(chain.stay().weight, 0u) << "it has not burned in";
+    const auto take = performer->perform(chain.stay().state);
+    EXPECT_TRUE(take.complete && take.score.satisfied);
+  }
+}
+
+// --- Drops ----------------------------------------------------------------------------------------
+
+TEST(SpellingDrops, HaveTheDensityThatTheyAreDrawnBy) {
+  const DropTable& table = DropTable::standard();
+  RandomStream random({.seed = 34});
+  constexpr int kDraws = 100'000;
+  // Shares of rings about the bin's centre, by draws and by the density.
+  constexpr double kRing = 0.005;
+  std::vector<double> drawn(8, 0), expected(8, 0);
+  for (int i = 0; i < kDraws; ++i)
+    ++drawn[std::min<std::size_t>(7, static_cast<std::size_t>(table.draw(random).norm() / kRing))];
+  constexpr int kFine = 640;
+  constexpr double kSide = spelling::kTableSide * spelling::kTableCell, kStep = kSide / kFine;
+  double total = 0;
+  for (int i = 0; i < kFine; ++i)
+    for (int j = 0; j < kFine; ++j) {
+      const Eigen::Vector2d place((i + 0.5) * kStep - kSide / 2, (j + 0.5) * kStep - kSide / 2);
+      const double mass = table.density(place) * kStep * kStep;
+      total += mass;
+      expected[std::min<std::size_t>(7, static_cast<std::size_t>(place.norm() / kRing))] += kDraws * mass;
+    }
+  EXPECT_NEAR(total, 1, 1e-9);
+  for (std::size_t ring = 0; ring < 8; ++ring)
+    EXPECT_NEAR(drawn[ring], expected[ring], 6 * std::sqrt(expected[ring]) + 0.01 * expected[ring]) << ring;
+  EXPECT_EQ(table.density({1, 0}), 0);
+}
+
+TEST(SpellingDrops, AreCountedAlikeFromEverySide) {
+  const DropCounts counts = spelling::count_drops(40);
+  std::uint64_t sum = 0;
+  for (int row = 0; row < spelling::kTableSide; ++row)
+    for (int column = 0; column < spelling::kTableSide; ++column) {
+      const auto at = [&](int r, int c) {
+        return counts[static_cast<std::size_t>(r * spelling::kTableSide + c)];
+      };
+      sum += at(row, column);
+      EXPECT_EQ(at(row, column), at(column, row));
+      EXPECT_EQ(at(row, column), at(spelling::kTableSide - 1 - row, column));
+    }
+  EXPECT_GT(sum, 200u) << "most of 320";
+  EXPECT_LE(sum, 320u);
+}
+
+}  // namespace
+}  // namespace retake::tests
