@@ -9,6 +9,7 @@
 
 #include "sampler/chain.h"
 #include "tests/sampler/statistics.h"
+#include "tests/sampler/two_modes.h"
 #include "tests/worlds/fixture.h"
 #include "worlds/spelling/drop_table.h"
 
@@ -75,13 +76,19 @@ void expect_exact(const std::vector<std::string>& rows, double interval, int dra
       chain.step(*performer);
     std::vector<double> sums(15, 0);
     double noted = 0;
-    for (int i = 0; i < iterations; ++i) {
-      if (!chain.step(*performer)) continue;
-      ++noted;
-      const auto values = marginals(*scenario, chain.stay().state, chain.stay().score, balls);
+    StayGatherer gatherer;
+    const auto add = [&](const Stay& stay) {
+      const auto weight = static_cast<double>(stay.weight);
+      noted += weight;
+      const auto values = marginals(*scenario, stay.state, stay.score, balls);
       for (std::size_t m = 0; m < sums.size(); ++m)
-        sums[m] += values[m];
+        sums[m] += weight * values[m];
+    };
+    for (int i = 0; i < iterations; ++i) {
+      chain.step(*performer);
+      gatherer.note(chain, add);
     }
+    gatherer.finish(add);
     ASSERT_GT(noted, 0);
     for (double& sum : sums)
       sum /= noted;
