@@ -124,7 +124,8 @@ bool Guided::note() {
   Stay& noted = noted_.stay;
   // What weighed nothing while it burned in is noted anew.
   const bool counts = !counts_.is_learning;
-  const bool is_new = walker_.stay.iteration != moved_at_ || !noted.is_sample || (counts && noted.weight == 0);
+  const bool is_new =
+      walker_.stay.iteration != moved_at_ || !noted.is_sample || (counts && noted.weight == 0);
   if (!is_new) {
     noted.weight += counts ? 1 : 0;
     return false;
@@ -155,7 +156,8 @@ void Guided::read(ByteReader& in) {
   Walk::read(in);
   read_walker(in, target_, noted_);
   const auto phase = in.get<std::uint8_t>();
-  if (phase > static_cast<std::uint8_t>(Phase::soft_stretch)) throw std::out_of_range("a phase that cannot be");
+  if (phase > static_cast<std::uint8_t>(Phase::soft_stretch))
+    throw std::out_of_range("a phase that cannot be");
   phase_ = static_cast<Phase>(phase);
   vain_tries_ = in.get<std::uint64_t>();
   met_ = in.get<std::uint64_t>();

@@ -38,7 +38,8 @@ DropCounts count_drops(int drops) {
     const auto bin = box.bin_of(run.motions[0]->states.back().position);
     if (!bin) continue;
     const Rectangle opening = box.opening(*bin);
-    const double dx = x - 0.5 * (opening.min_x + opening.max_x), dz = z - 0.5 * (opening.min_z + opening.max_z);
+    const double dx = x - 0.5 * (opening.min_x + opening.max_x),
+                 dz = z - 0.5 * (opening.min_z + opening.max_z);
     for (const double a : {dx, -dx})
       for (const double b : {dz, -dz}) {
         count(counts, a, b);

@@ -139,8 +139,8 @@ class BirthOrDeath final : public ScoredKernel {
       ++ball;
     const std::size_t active = word_.active(current).size();
     if (word_.is_on(candidate, ball))
-      return birth(active) - word_.log_density(word_.place(candidate, ball),
-                                               word_.free_bins(current, score, Word::kNone));
+      return birth(active) -
+             word_.log_density(word_.place(candidate, ball), word_.free_bins(current, score, Word::kNone));
     return word_.log_density(word_.place(current, ball),
                              word_.free_bins(candidate, candidate_score, Word::kNone)) -
            birth(active - 1);
