@@ -35,9 +35,9 @@ constexpr double kFirstWidth = 0.2;
 constexpr std::array kShares = {0.9, 0.7, 0.5, 0.3, 0.2, 0.1};
 constexpr double kTypicalShare = 0.5;
 
-// Powers to choose from: kernels share as weight^power more than the target has of them. With 0 the kernels'
-// density follows the target; the mean weight is least where it follows the root of hits' share times the
-// prior, near 1/2.
+// Powers to choose from: a kernel's share is its hit's share of the target times the hit's p / q to the
+// power. With 0 the kernels' density follows the target, p P(hit); the mean weight is least where it follows
+// p sqrt(P(hit)), which is near 1/2.
 constexpr std::array kPowers = {0.0, 0.25, 0.5, 0.75};
 
 double kernel(double distance, double width) {
@@ -110,7 +110,7 @@ class Fitting {
 
   /// Gives the kernels where hits are rare among draws more than the target has of them.
   void flatten(double power) {
-    shares = weights_;
+    shares = weights_;  // by which the weights are judged
     shares = weights_.array() * weights_left_out(product(), kTypicalShare).pow(power);
     shares /= shares.sum();
   }

@@ -77,7 +77,7 @@ class LearnedRedraw {
   double prior_share() const { return prior_share_; }
   /// The mean weight of a hit, left out of the kernels: the smaller, the better. 1 for the prior.
   double mean_weight() const { return mean_weight_; }
-  /// The mean weight of a hit that q draws; about. 1 for the prior.
+  /// About the mean weight of the hits that q draws. 1 for the prior.
   double drawn_weight() const { return drawn_weight_; }
 
   struct Fit {

@@ -306,7 +306,7 @@ test("what was found while learning carries a mark, in its tile and in the large
   await picture(page, "learning-tiles");
   await page.locator(`.tile[data-sample="${samples[0].id}"] a`).click();
   await page.locator(".facts-panel .learning", { hasText: "left out of the statistics" }).waitFor();
-  await page.locator(".facts", { hasText: "not counted" }).waitFor();
+  await page.locator(".facts", { hasText: "not at all" }).waitFor();
   await picture(page, "learning-player");
   await page.getByRole("button", { name: /Next/ }).click();
   await arrived(page, { sample: samples[1].id });
