@@ -43,6 +43,8 @@ struct Target {
   std::vector<Coordinate> learned{};
   /// How `conditional` walks where the world knows; null: it learns.
   std::shared_ptr<const Guide> guide{};
+  /// Proposals on p(A) that look at Scores, which `metropolis` mixes with `kernels`; null: none.
+  std::shared_ptr<const ScoredKernelTable> scored_kernels{};
 };
 
 /// When a conditional chain stops learning: at so many hits, if the prior alone would have found some of them

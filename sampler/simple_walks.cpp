@@ -12,16 +12,39 @@ void Metropolis::start(Simulator& simulator) {
 }
 
 bool Metropolis::step(Simulator& simulator) {
-  RandomStream draws = random(Purpose::proposal);
-  const std::size_t row = target_.kernels.choose(draws.uniform());
-  const double log_u = std::log(random(Purpose::acceptance).uniform());
-  if (!step_by(*target_.kernels.rows()[row].kernel, counts_.kernels[row], draws, log_u, {}, simulator,
-               walker_)) {
+  if (!propose(simulator)) {
     ++walker_.stay.weight;
     return false;
   }
   if (walker_.stay.is_sample) ++counts_.samples;
   return true;
+}
+
+bool Metropolis::propose(Simulator& simulator) {
+  constexpr double kScoredShare = 0.75;  // chosen: both kinds are to be used
+  RandomStream draws = random(Purpose::proposal);
+  const double log_u = std::log(random(Purpose::acceptance).uniform());
+  double u = draws.uniform();
+  if (target_.scored_kernels && u < kScoredShare) {
+    const std::size_t row = target_.scored_kernels->choose(u / kScoredShare);
+    return step_by(*target_.scored_kernels->rows()[row].kernel,
+                   counts_.kernels[target_.kernels.rows().size() + row], draws, log_u, {}, simulator,
+                   walker_);
+  }
+  if (target_.scored_kernels) u = (u - kScoredShare) / (1 - kScoredShare);
+  const std::size_t row = target_.kernels.choose(u);
+  return step_by(*target_.kernels.rows()[row].kernel, counts_.kernels[row], draws, log_u, {}, simulator,
+                 walker_);
+}
+
+std::vector<std::string> Metropolis::kernel_names(const Target& target) {
+  std::vector<std::string> names;
+  for (const auto& row : target.kernels.rows())
+    names.push_back(row.name);
+  if (target.scored_kernels)
+    for (const auto& row : target.scored_kernels->rows())
+      names.push_back("soft_" + row.name);
+  return names;
 }
 
 bool Rejection::step(Simulator& simulator) {

@@ -42,12 +42,8 @@ std::unique_ptr<Walk> Walk::make(const Target& target, const ChainSettings& sett
 
 std::vector<std::string> Walk::kernel_names(const Target& target, Method method) {
   switch (method) {
-    case Method::metropolis: {
-      std::vector<std::string> names;
-      for (const WeightedKernel& row : target.kernels.rows())
-        names.push_back(row.name);
-      return names;
-    }
+    case Method::metropolis:
+      return Metropolis::kernel_names(target);
     case Method::rejection:
       return {"prior"};
     case Method::conditional:
@@ -148,7 +144,9 @@ double Walk::needed_for(double log_hastings, double log_u, const Aim& aim, const
   if (candidate_log_prior_ == kImpossible) return std::numeric_limits<double>::infinity();
   const double log_missing = log_u - (candidate_log_prior_ - stay.log_prior) - log_hastings;
   double needed = std::numeric_limits<double>::infinity();
-  if (aim.beta > 0)
+  if (aim.beta > 0 && stay.score.log_constraint == kImpossible)
+    needed = kImpossible;  // away from where no chain has been, whatever the way back
+  else if (aim.beta > 0)
     needed = stay.score.log_constraint + log_missing / aim.beta;
   else if (log_missing < 0)
     needed = kImpossible;

@@ -151,8 +151,11 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
   target.guide = scenario->scene_->guide(scenario->terms_);
   for (const Measure& measure : scenario->measures_)
     target.measure_names.push_back(measure.name);
+  if (target.guide && !target.guide->soft_kernels().rows().empty())
+    target.scored_kernels = {target.guide, &target.guide->soft_kernels()};
   scenario->exact_ = std::make_shared<const Target>(target);
   target.kernels = scenario->scene_->kernels(Ratios::paper);
+  target.scored_kernels = nullptr;
   scenario->paper_ = std::make_shared<const Target>(std::move(target));
   return scenario;
 }

@@ -84,7 +84,9 @@ class ToyGuide final : public Guide {
         {{"jump", 1, std::make_shared<const JumpByScore>(stays_in_mode)},
          {"slope", 1, unscored(slope)},
          {"switch", 1, unscored(Redraw(model, {TwoModes::kSwitch, TwoModes::kGoverned}, Ratios::exact))}});
-    soft_kernels_ = ScoredKernelTable({{"redraw", 1, unscored(Redraw::all(model, Ratios::exact))}});
+    soft_kernels_ = ScoredKernelTable({{"redraw", 2, unscored(Redraw::all(model, Ratios::exact))},
+                                       {"jump", 1, std::make_shared<const JumpByScore>(stays_in_mode)},
+                                       {"slope", 1, unscored(slope)}});
   }
   void begin(const Model& model, State& state, RandomStream& random) const override {
     do
@@ -142,6 +144,39 @@ TEST_P(GuidedTest, LearningWeighsNothing) {
 TEST_P(GuidedTest, ResumedEqualsUninterrupted) {
   expect_resumes(guided(GetParam()), with_seed(407), 4000, [](int) { return true; });
 }
+
+// --- Metropolis mixes the soft kernels with the world's table ----------------------------------------
+
+ChainSettings mixed(std::uint64_t seed) {
+  return {.seed = seed, .method = Method::metropolis};
+}
+
+TEST_P(GuidedTest, MetropolisIsExactWithKernelsThatLookAtScores) {
+  const Truth truth = truth_of(GetParam(), 1'000'000, 410);
+  EXPECT_LT(largest_t(runs_of(guided(GetParam()), mixed(411), 30'000), truth), kLargestT);
+}
+
+TEST_P(GuidedTest, MetropolisIsTheSameWithoutEarlyRejectionAndAfterInterruptions) {
+  const TwoModes toy = guided(GetParam());
+  expect_early_rejection_changes_nothing(toy, mixed(412), 3000);
+  expect_resumes(toy, mixed(413), 1000, [](int) { return true; });
+}
+
+TEST(Guided, MetropolisTakesAQuarterOfItsIterationsFromTheTable) {
+  const TwoModes toy = guided({});
+  Chain chain(toy.target(), mixed(414));
+  ToySimulator simulator = toy.simulator();
+  constexpr int kSteps = 10'000;
+  for (int i = 0; i < kSteps; ++i)
+    chain.step(simulator);
+  const std::vector<std::string> names = {"redraw", "soft_redraw", "soft_jump", "soft_slope"};
+  EXPECT_EQ(chain.kernel_names(), names);
+  const double shares[] = {0.25, 0.375, 0.1875, 0.1875};
+  for (std::size_t kernel = 0; kernel < 4; ++kernel)
+    EXPECT_NEAR(static_cast<double>(chain.counts().kernels[kernel].proposed) / kSteps, shares[kernel], 0.03);
+}
+
+// --- Checkpoints --------------------------------------------------------------------------------------
 
 TEST(Guided, DamagedCheckpointsAreRefused) {
   const TwoModes toy = guided({.height = Height::sloped});

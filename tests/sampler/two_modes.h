@@ -83,6 +83,7 @@ struct TwoModes {
         KernelTable({{"redraw", 1, std::make_shared<const Redraw>(Redraw::all(*model, Ratios::exact))}}),
         {"log_constraint"}});
     target->guide = guide;
+    if (guide) target->scored_kernels = {guide, &guide->soft_kernels()};
     target->least_satisfied = height == Height::level ? 0 : height == Height::stepped ? -1 : -kInfinity;
     return target;
   }
