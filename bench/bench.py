@@ -84,6 +84,16 @@ def measure_marbles():
         "marbles, ACM: local re-simulation": "1",
         "marbles, 81 in 40 x 7: local re-simulation": "2",
     })
+    measure_figures("bench_words", ["--quick"] if quick else [], {
+        # How many seeds ends these names.
+        "HI, conditional: first complete, worst": "0.1",
+        "ACM, conditional: first complete, worst": "0.2",
+        "85 balls in 40 x 7, conditional: first complete, worst": "1",
+        "all bins of 15 x 7, conditional: first complete, worst": "1",
+        "ACM, metropolis: first complete, worst": "2",
+        "ACM: distinct orders": "5,000",
+        "ACM: effective samples, bin of the median slot": "200",
+    })
 
 
 def measure_daemon(folder):

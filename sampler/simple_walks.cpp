@@ -6,8 +6,11 @@
 namespace retake {
 
 void Metropolis::start(Simulator& simulator) {
-  // Line 1 of the paper's algorithm: the initial State is a draw from the prior.
-  Walk::start(simulator);
+  // Line 1 of the paper's algorithm: the initial State is a draw from the prior; or where the guide begins.
+  if (target_.scored_kernels)
+    begin_by(*target_.guide);
+  else
+    Walk::start(simulator);
   simulate_first(simulator, walker_);
 }
 
@@ -21,7 +24,7 @@ bool Metropolis::step(Simulator& simulator) {
 }
 
 bool Metropolis::propose(Simulator& simulator) {
-  constexpr double kScoredShare = 0.75;  // chosen: both kinds are to be used
+  constexpr double kScoredShare = 0.9;  // chosen: most, but the world's own proposals are to be seen
   RandomStream draws = random(Purpose::proposal);
   const double log_u = std::log(random(Purpose::acceptance).uniform());
   double u = draws.uniform();

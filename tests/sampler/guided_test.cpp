@@ -162,7 +162,7 @@ TEST_P(GuidedTest, MetropolisIsTheSameWithoutEarlyRejectionAndAfterInterruptions
   expect_resumes(toy, mixed(413), 1000, [](int) { return true; });
 }
 
-TEST(Guided, MetropolisTakesAQuarterOfItsIterationsFromTheTable) {
+TEST(Guided, MetropolisTakesATenthOfItsIterationsFromTheTable) {
   const TwoModes toy = guided({});
   Chain chain(toy.target(), mixed(414));
   ToySimulator simulator = toy.simulator();
@@ -171,7 +171,7 @@ TEST(Guided, MetropolisTakesAQuarterOfItsIterationsFromTheTable) {
     chain.step(simulator);
   const std::vector<std::string> names = {"redraw", "soft_redraw", "soft_jump", "soft_slope"};
   EXPECT_EQ(chain.kernel_names(), names);
-  const double shares[] = {0.25, 0.375, 0.1875, 0.1875};
+  const double shares[] = {0.1, 0.45, 0.225, 0.225};
   for (std::size_t kernel = 0; kernel < 4; ++kernel)
     EXPECT_NEAR(static_cast<double>(chain.counts().kernels[kernel].proposed) / kSteps, shares[kernel], 0.03);
 }

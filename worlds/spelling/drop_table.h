@@ -1,4 +1,5 @@
-// DropTable: where a marble has to be dropped to fall into a bin, as far as one can know without the others.
+// DropTable: where a marble has to be dropped to fall into a bin, as far as one can know without knowing the
+// others.
 // DESIGN section 3, "informed proposals". It must not know words.
 #pragma once
 
@@ -13,13 +14,15 @@
 namespace retake::spelling {
 
 /// A square of cells around the centre of a bin; a cell counts the drops from there that ended in the bin.
-inline constexpr int kTableSide = 32;         ///< cells
-inline constexpr double kTableCell = 0.0022;  ///< [m], side of a cell: the square is 3.2 bins wide
+inline constexpr int kTableSide = 48;         ///< cells
+inline constexpr double kTableCell = 0.0022;  ///< [m], side of a cell: the square is 4.8 bins wide
 using DropCounts = std::array<std::uint32_t, kTableSide * kTableSide>;
 
-/// Counts single drops from over the middle bin of an empty box of 11 x 11 bins, with default settings; each
-/// counts eight times, as the bins look alike from every side. A drop is known by where it started from the
-/// centre of the bin in which it ended. The build writes down what this gives; see CMakeLists.txt.
+/// Counts drops into boxes of 11 x 11 bins, forty one by one into each, with default settings; each counts
+/// eight times, as the bins look alike from every side. A drop is known by where it started from the centre
+/// of the bin in which it ended. (Drops into empty boxes alone start too near their bins: those that have to
+/// travel over filled bins are then proposed too rarely, and once there stay for long.) The build writes down
+/// what this gives; see CMakeLists.txt.
 DropCounts count_drops(int drops);
 inline constexpr int kCountedDrops = 8000;
 
