@@ -65,7 +65,7 @@ struct Extent {
   double largest_squares;
 };
 // With few chains z has heavy tails.
-constexpr Extent kQuick{.hits = 150, .chains = 16, .iterations = 300, .largest_z = 6, .largest_squares = 60};
+constexpr Extent kQuick{.hits = 120, .chains = 12, .iterations = 250, .largest_z = 6, .largest_squares = 60};
 constexpr Extent kLong{
     .hits = 30'000, .chains = 120, .iterations = 6000, .largest_z = 4, .largest_squares = 45};
 
@@ -171,6 +171,42 @@ TEST(SpellingMoves, AWordIsFoundAtOnce) {
     const auto take = performer->perform(chain.stay().state);
     EXPECT_TRUE(take.complete && take.score.satisfied);
   }
+}
+
+TEST(SpellingMoves, AMoveTakenBackGivesTheSameBits) {
+  // Simulated from the run of the other one, both ways.
+  const auto scenario = Scenario::read(find_world("spelling")->examples().at(1));
+  const auto performer = scenario->make_performer();
+  Chain chain(scenario->target(Ratios::exact), {.seed = 35, .method = Method::conditional});
+  while (chain.counts().samples == 0)
+    chain.step(*performer);
+  State current = chain.stay().state;
+  Score score = chain.stay().score, candidate_score = score, score_again = score;
+  auto run = performer->make_run(), candidate_run = performer->make_run(), run_again = performer->make_run();
+  performer->simulate(current, {.record = run.get()}, score);
+  int satisfied = 0;
+  for (std::uint64_t i = 0; i < 400; ++i) {
+    RandomStream random({.seed = 36, .iteration = i});
+    const ScoredKernelTable& kernels = scenario->target(Ratios::exact)->guide->kernels();
+    State candidate = current;
+    kernels.rows()[kernels.choose(random.uniform())].kernel->propose(scenario->model(), current, score,
+                                                                     candidate, random);
+    if (scenario->model().log_prior(candidate) == -std::numeric_limits<double>::infinity()) continue;
+    performer->simulate(candidate,
+                        {.current_state = &current, .current_run = run.get(), .record = candidate_run.get()},
+                        candidate_score);
+    performer->simulate(
+        current, {.current_state = &candidate, .current_run = candidate_run.get(), .record = run_again.get()},
+        score_again);
+    ASSERT_TRUE(identical(score, score_again)) << i;
+    std::swap(run, run_again);
+    if (!candidate_score.satisfied) continue;
+    ++satisfied;
+    std::swap(current, candidate);
+    std::swap(score, candidate_score);
+    std::swap(run, candidate_run);
+  }
+  EXPECT_GT(satisfied, 100);
 }
 
 // --- Drops ----------------------------------------------------------------------------------------

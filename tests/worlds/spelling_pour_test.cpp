@@ -138,14 +138,19 @@ TEST(SpellingPour, AChainIsTheSameWhetherItResumesOrNot) {
     const auto scenario = hi(model);
     const auto one = scenario->make_performer(), other = scenario->make_performer();
     FromScratch scratch(*other);
-    expect_equal_chains(*scenario, {.seed = 3}, {.seed = 3}, *one, scratch, 250);
+    for (const Method method : {Method::metropolis, Method::conditional}) {
+      const ChainSettings settings{.seed = 3, .method = method};
+      expect_equal_chains(*scenario, settings, settings, *one, scratch, 120);
+    }
   }
 }
 
 TEST(SpellingPour, AChainIsTheSameWhetherItRejectsEarlyOrNot) {
   const auto scenario = hi();
   const auto one = scenario->make_performer(), other = scenario->make_performer();
-  expect_equal_chains(*scenario, {.seed = 4}, {.seed = 4, .early_rejection = false}, *one, *other, 400);
+  for (const Method method : {Method::metropolis, Method::conditional})
+    expect_equal_chains(*scenario, {.seed = 4, .method = method},
+                        {.seed = 4, .method = method, .early_rejection = false}, *one, *other, 400);
 }
 
 TEST(SpellingPour, ResumingAndStoppingEarlySaveMostOfTheSimulation) {
