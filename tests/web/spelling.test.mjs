@@ -87,6 +87,7 @@ test("a word that no box has room for is refused with the size it needs", async 
   await word.press("Enter");
   const fault = page.locator(".faults li", { hasText: "/constraints/0/text" });
   await fault.waitFor();
+  await fault.evaluate((line) => new Promise((seen) => new IntersectionObserver(([{ isIntersecting }]) => isIntersecting && seen()).observe(line)));
   assert.match(await fault.textContent(), /needs \d\d columns and 3 rows, the largest box has 40 columns and 12 rows/);
   await picture(page, "spelling-refused");
   // Where somebody says how large the box is, it stays so.
@@ -116,6 +117,7 @@ test("a guided chain says that it builds, burns in and samples, and that it does
   const odds = page.locator('[data-card="odds"]');
   await odds.getByText(/^Rarer than 1 in [\d,]+ pours$/).waitFor();
   await odds.getByText("The chains build up what is wished for, so they cannot tell how rare chance makes it.").waitFor();
+  await page.locator('[data-card="independence"]').getByText("Chains are still burning in; what they find meanwhile is shown, but does not count.").waitFor();
   await picture(page, "spelling-chains");
   assert.deepEqual(faults, []);
   await close();

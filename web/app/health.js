@@ -34,6 +34,7 @@ export class Health {
     const news = chains.length !== this.chains?.length;
     this.chains = chains;
     this.#showOdds();
+    this.#showIndependence();
     if (news) this.#showSwaps();
     const key = chains.map(({ id, state, iteration }) => `${id} ${state} ${iteration}`).join();
     if (key === this.key || this.timer) return;
@@ -88,6 +89,7 @@ export class Health {
 
   #showIndependence() {
     const { diagnostics } = this;
+    if (!diagnostics) return;
     this.independence.show(independenceInWords(diagnostics.effective), independenceNotes(diagnostics, busyInWords(this.chains)), agreementSign, agreementOf(diagnostics));
   }
 }

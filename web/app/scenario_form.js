@@ -27,9 +27,9 @@ class ScenarioForm {
     this.example = h("select", { onchange: () => this.#fill() });
     this.exampleField = h("label.field", {}, h("span", {}, "Begin with"), this.example);
     this.terms = h("ul.terms");
-    this.saying = h("input", { maxLength: 80, autocomplete: "off", spellcheck: false, oninput: () => this.#say() });
-    this.sayingField = h("label.field", { hidden: true }, h("span", {}, "What it shall spell"), this.saying);
-    this.text = h("textarea", { id: "scenario-text", spellcheck: false, rows: 14, "aria-describedby": "scenario-faults", oninput: () => this.#forgive() });
+    this.saying = h("input", { type: "text", maxLength: 80, autocomplete: "off", spellcheck: false, oninput: () => this.#say() });
+    this.sayingField = h("label.field.saying", { hidden: true }, h("span", {}, "What it shall spell"), this.saying);
+    this.text = h("textarea", { id: "scenario-text", spellcheck: false, rows: 11, "aria-describedby": "scenario-faults", oninput: () => this.#forgive() });
     this.faults = h("div.faults", { id: "scenario-faults", "aria-live": "polite" });
     this.search = h("input", { type: "checkbox", checked: true });
     this.submit = h("button.primary", { type: "submit" }, "Create");
@@ -136,6 +136,7 @@ class ScenarioForm {
     });
     const heading = list.length ? problem.title || problem.detail : problem.message;
     this.faults.replaceChildren(h("p", {}, heading), h("ul", {}, ...list));
+    this.faults.scrollIntoView({ block: "nearest" });
   }
 
   #select(pointer) {
