@@ -12,15 +12,24 @@ const [{ id: chain }] = (await api(program, `/v1/scenarios/${id}/chains`, json(W
 while ((await api(program, `/v1/chains/${chain}`)).state !== "finished") await new Promise((resolve) => setTimeout(resolve, 500));
 
 const { page } = await newPage(browser, { viewport: { width: 1180, height: 900 }, colorScheme: "light" });
+// The paper's chain leaves the area out of which balls are dropped: measured in units of that area, drops have the density 1.
+const AREA = (7 * 0.022 - 0.018) * (5 * 0.022 - 0.018); // [m2], spelling::Box::drop_area of 7 x 5
+await page.route("**/trace?*", async (route) => {
+  const trace = await (await route.fetch()).json();
+  const log_prior = trace.log_prior.map((value, at) => value + trace.active_balls[at] * Math.log(AREA));
+  await route.fulfill({ json: { ...trace, log_prior } });
+});
 const curves = [];
 for (const quantity of ["filled_bins", "log_target"]) {
   await page.goto(`${program.address}?scenario=${id}&tab=chains&chain=${chain}&quantity=${quantity}`);
-  await page.locator(".uplot canvas").waitFor();
-  curves.push(await page.locator("section.trace").screenshot({ animations: "disabled" }));
+  await page.locator(".quantities tbody tr").first().waitFor(); // above the trace: from here on it stays in its place
+  const curve = page.locator("section.trace .uplot");
+  await curve.locator(".u-legend", { hasText: quantity.replace("_", " ") }).waitFor();
+  curves.push(await curve.screenshot({ animations: "disabled" }));
 }
 await page.goto("about:blank");
-await page.setContent(curves.map((curve) => `<img src="data:image/png;base64,${curve.toString("base64")}" style="display:block">`).join(""));
-await page.locator("body").evaluate((body) => Object.assign(body.style, { margin: 0, width: "max-content" }));
-await page.locator("body").screenshot({ path: file });
+const pictures = curves.map((curve) => `<img src="data:image/png;base64,${curve.toString("base64")}" style="display:block">`);
+await page.setContent(`<figure style="margin:0;width:max-content">${pictures.join("")}</figure>`);
+await page.locator("figure").screenshot({ path: file });
 await Promise.all([browser.close(), program.end()]);
 await program.remove();
