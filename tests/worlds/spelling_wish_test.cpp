@@ -47,23 +47,24 @@ TEST(SpellingWish, ABoxWithoutASizeHasRoomForTheText) {
   };
   using Size = std::pair<int, int>;
   EXPECT_EQ(size(json::array()), Size(7, 5));
-  EXPECT_EQ(size({spell("HI")}), Size(7, 5));
-  EXPECT_EQ(size({spell("ACM")}), Size(15, 7));
-  EXPECT_EQ(size({spell("acm")}), Size(15, 7));
+  EXPECT_EQ(size(json::array({spell("HI")})), Size(7, 5));
+  EXPECT_EQ(size(json::array({spell("ACM")})), Size(15, 7));
+  EXPECT_EQ(size(json::array({spell("acm")})), Size(15, 7));
   EXPECT_EQ(size({spell("HI"), spell("ACM")}), Size(15, 7));
-  EXPECT_EQ(size({spell("HOMEMADE")}).second, 7);
-  EXPECT_EQ(model_of({spell("ACM")}, json::object()).at("balls"), 30);
+  EXPECT_EQ(size(json::array({spell("HOMEMADE")})).second, 7);
+  EXPECT_EQ(model_of(json::array({spell("ACM")}), json::object()).at("balls"), 30);
   // Whoever says a size means it.
-  EXPECT_EQ(size({spell("ACM")}, {{"columns", 20}, {"rows", 6}}), Size(20, 6));
+  EXPECT_EQ(size(json::array({spell("ACM")}), {{"columns", 20}, {"rows", 6}}), Size(20, 6));
   for (const json& model : {json({{"columns", 7}}), json({{"rows", 5}})})
-    EXPECT_EQ(pointers(faults_of_document({spell("ACM")}, model)),
+    EXPECT_EQ(pointers(faults_of_document(json::array({spell("ACM")}), model)),
               (std::vector<std::string>{"/constraints/0/text"}))
         << model;
 }
 
 TEST(SpellingWish, ATextThatNoBoxHasRoomForIsRefusedWithTheSizeItNeeds) {
-  const std::string fault =
-      faults_of_document({spell("INCOMPREHENSIBLE")}, json::object()).find("/constraints/0/text")->second;
+  const std::string fault = faults_of_document(json::array({spell("INCOMPREHENSIBLE")}), json::object())
+                                .find("/constraints/0/text")
+                                ->second;
   const spelling::TextSize least = spelling::least_size("INCOMPREHENSIBLE");
   EXPECT_GT(least.columns, spelling::kMostColumns);
   EXPECT_EQ(fault, "needs " + std::to_string(least.columns) + " columns and " + std::to_string(least.rows) +
