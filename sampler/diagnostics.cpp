@@ -171,13 +171,17 @@ double ess_quantile(const MatrixXd& draws, double probability) {
   return effective_sample_size(split_chains(below));
 }
 
+/// `scores` are the split draws, rank-normalised.
+double rhat_of(const MatrixXd& scores, const MatrixXd& draws) {
+  const double bulk = potential_scale_reduction(scores);
+  const double tail = potential_scale_reduction(rank_normalise(split_chains(fold(draws))));
+  return Eigen::Vector2d(bulk, tail).maxCoeff<Eigen::PropagateNaN>();
+}
+
 }  // namespace
 
 double rank_normalised_split_rhat(const MatrixXd& draws) {
-  if (!are_finite(draws)) return kNaN;
-  const double bulk = potential_scale_reduction(rank_normalise(split_chains(draws)));
-  const double tail = potential_scale_reduction(rank_normalise(split_chains(fold(draws))));
-  return Eigen::Vector2d(bulk, tail).maxCoeff<Eigen::PropagateNaN>();
+  return are_finite(draws) ? rhat_of(rank_normalise(split_chains(draws)), draws) : kNaN;
 }
 
 double ess_bulk(const MatrixXd& draws) {
@@ -196,11 +200,27 @@ double ess_mean(const MatrixXd& draws) {
   return effective_sample_size(split_chains(draws));
 }
 
+double ess_rough(const MatrixXd& draws) {
+  if (draws.rows() < 4 || !vary(draws)) return kNaN;
+  const double variance = variance_of(draws.reshaped());
+  const auto by_means_of = [&](Index stretch) {
+    const Index per_chain = draws.rows() / stretch;
+    VectorXd means(per_chain * draws.cols());
+    for (Index chain = 0; chain < draws.cols(); ++chain)
+      for (Index i = 0; i < per_chain; ++i)
+        means[chain * per_chain + i] = draws.col(chain).segment(i * stretch, stretch).mean();
+    return static_cast<double>(means.size()) * variance / variance_of(means);
+  };
+  const Index root = static_cast<Index>(std::sqrt(static_cast<double>(draws.rows())));
+  return std::min(by_means_of(root), by_means_of(draws.rows() / 2));
+}
+
 QuantityDiagnostics diagnose(const MatrixXd& draws) {
   const bool finite = are_finite(draws);
   const auto all_draws = draws.reshaped();
-  return {.rhat = rank_normalised_split_rhat(draws),
-          .ess_bulk = ess_bulk(draws),
+  const MatrixXd scores = finite ? rank_normalise(split_chains(draws)) : MatrixXd();
+  return {.rhat = finite ? rhat_of(scores, draws) : kNaN,
+          .ess_bulk = finite ? effective_sample_size(scores) : kNaN,
           .ess_tail = ess_tail(draws),
           .mean = finite ? mean_of(all_draws) : kNaN,
           .sd = finite ? std::sqrt(variance_of(all_draws)) : kNaN};

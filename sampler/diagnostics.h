@@ -38,6 +38,12 @@ double ess_tail(const Eigen::MatrixXd& draws);
 /// Effective sample size for the mean: that of the split draws, on their own scale.
 double ess_mean(const Eigen::MatrixXd& draws);
 
+/// A rough effective sample size for the mean, at a small part of the cost, by which the slowest of thousands
+/// of quantities are found: draws over how much larger means of stretches vary than independent draws would
+/// let them, for stretches of the square root of the chains' length and for their halves, whichever says
+/// less. NaN for fewer than 4 iterations.
+double ess_rough(const Eigen::MatrixXd& draws);
+
 /// R-hat, bulk and tail ESS, mean and sd. The last two are NaN only without draws, if one is not finite, and
 /// sd for a single one.
 QuantityDiagnostics diagnose(const Eigen::MatrixXd& draws);

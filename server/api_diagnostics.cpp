@@ -1,5 +1,7 @@
 // Route of diagnostics: how well the chains of a scenario agree, what they know of its odds, what it took.
 // DESIGN section 3, "Diagnostics". The draws are the satisfied iterations that the store holds.
+#include <algorithm>
+
 #include "server/api.h"
 #include "server/health.h"
 #include "server/request_fields.h"
@@ -9,6 +11,9 @@ namespace retake {
 namespace {
 
 constexpr std::size_t kMostDraws = 1000;  // a chain; chosen: enough for two digits of every figure
+constexpr std::size_t kMostNumbers =
+    4'000'000;                            // chosen: 32 MB; fewer draws of models with very many variables
+constexpr std::size_t kFewestDraws = 50;  // a chain; chosen
 constexpr std::size_t kMostChains = 32;   // the newest ones; chosen to bound the work of one request
 
 }  // namespace
@@ -22,9 +27,11 @@ void add_diagnostics_routes(HttpServer& server, Api& api) {
     if (!scenario || !record) throw not_found("scenario", id);
     const std::vector<ChainRecord> chains = api.store.chains(id);
     std::vector<std::vector<DrawRecord>> draws(chains.size());
-    for (std::size_t i = chains.size() > kMostChains ? chains.size() - kMostChains : 0; i < chains.size();
-         ++i)
-      draws[i] = api.store.draws(chains[i].id, kMostDraws, warm_up_iterations(chains[i]));
+    const std::size_t looked_at = std::min(chains.size(), kMostChains);
+    const std::size_t numbers = std::max<std::size_t>(looked_at * scenario->model().size(), 1);
+    const std::size_t most = std::clamp(kMostNumbers / numbers, kFewestDraws, kMostDraws);
+    for (std::size_t i = chains.size() - looked_at; i < chains.size(); ++i)
+      draws[i] = api.store.draws(chains[i].id, most, warm_up_iterations(chains[i]));
     return json_response(diagnostics_json(health_of(*scenario, chains, draws, record->pilot)));
   });
 }

@@ -103,10 +103,15 @@ std::optional<EffectiveHealth> effective_of(const Health& health, const Counted&
   return effective;
 }
 
-std::optional<double> eta_of(const std::vector<ChainRecord>& chains, const std::optional<PilotTally>& pilot) {
+std::optional<double> eta_of(const Scenario& scenario, const std::vector<ChainRecord>& chains,
+                             const std::optional<PilotTally>& pilot) {
   double tries = 0, per_second = 0;
+  const bool is_guided = scenario.target(Ratios::exact)->guide != nullptr;
   for (const ChainRecord& chain : chains) {
     if (chain.counters.samples > 0) return std::nullopt;
+    // What is built up piece by piece does not wait for chance.
+    if (is_guided && chain.method == to_string(Method::conditional) && chain.state == ChainState::running)
+      return std::nullopt;
     tries += static_cast<double>(chain.counters.iteration);
     if (chain.state == ChainState::running) per_second += chain.counters.iterations_per_second;
   }
@@ -128,7 +133,7 @@ std::optional<double> effective_samples(const Scenario& scenario, const ChainRec
   const std::vector<DrawRecord> judged = draws(kJudgedDraws, warm_up_iterations(chain));
   if (judged.size() < kFewestDraws) return std::nullopt;
   std::optional<double> least;
-  for (const Quantity& quantity : quantities(scenario, {judged})) {
+  for (const Quantity& quantity : slowest(quantities(scenario, {judged}))) {
     const double ess = ess_bulk(quantity.draws);
     if (std::isfinite(ess) && (!least || ess < *least)) least = ess;
   }
@@ -143,14 +148,17 @@ Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chain
   // Independence, over every quantity.
   const Counted counted = counted_chains(chains, draws);
   health.chains = counted.chains.size();
-  if (health.chains > 0)
-    for (const Quantity& quantity : quantities(scenario, counted.draws)) {
+  if (health.chains > 0) {
+    std::vector<Quantity> all = quantities(scenario, counted.draws);
+    health.quantity_count = all.size();
+    for (const Quantity& quantity : slowest(std::move(all))) {
       health.draws_per_chain = static_cast<std::size_t>(quantity.draws.rows());
       health.quantities.push_back({.name = quantity.name,
                                    .together = diagnose(quantity.draws),
                                    .ess_within = ess_within(quantity.draws),
                                    .ess_across = ess_across(quantity.draws)});
     }
+  }
   health.effective = effective_of(health, counted);
 
   // Odds, time and swaps, over every chain.
@@ -172,7 +180,7 @@ Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chain
                               .proposed = counters.rungs[rung].proposed,
                               .accepted = counters.rungs[rung].accepted});
   }
-  health.eta_seconds = eta_of(chains, pilot);
+  health.eta_seconds = eta_of(scenario, chains, pilot);
   return health;
 }
 

@@ -22,9 +22,9 @@ std::uint64_t warm_up_iterations(const ChainRecord& chain);
 /// Gives draws of a chain as Store::draws does: at most `most`, after `from_iteration`.
 using DrawsOf = std::function<std::vector<DrawRecord>(std::size_t most, std::uint64_t from_iteration)>;
 
-/// Effective samples of one chain by itself: the least bulk effective sample size over its variables and
-/// measures, those left out for which there is none; with rejection its samples, which are independent. None
-/// if no quantity has one.
+/// Effective samples of one chain by itself: the least bulk effective sample size over the slowest() of its
+/// variables and measures, those left out for which there is none; with rejection its samples, which are
+/// independent. None if no quantity has one.
 std::optional<double> effective_samples(const Scenario& scenario, const ChainRecord& chain,
                                         const DrawsOf& draws);
 
@@ -56,14 +56,16 @@ struct SwapHealth {
 };
 
 struct Health {
-  std::vector<QuantityHealth> quantities;
-  std::size_t chains = 0;  ///< counted for the quantities
+  std::vector<QuantityHealth> quantities;  ///< the slowest() of all
+  std::size_t quantity_count = 0;          ///< of all
+  std::size_t chains = 0;                  ///< counted for the quantities
   std::size_t draws_per_chain = 0;
   std::optional<EffectiveHealth> effective;
   OddsTally odds;                              ///< pooled over the chains
   std::optional<double> first_sample_seconds;  ///< [s] of running, of the chain that was quickest
   /// [s] at the present speed of the running chains until a first sample, if the wish is as likely as the
-  /// draws of the chains and the pilot let expect, one more hit counted; none once there is a sample.
+  /// draws of the chains and the pilot let expect, one more hit counted; none once there is a sample, and
+  /// none while a chain runs that its world guides.
   std::optional<double> eta_seconds;
   std::uint64_t iterations = 0;
   std::uint64_t simulations = 0;

@@ -2,15 +2,21 @@
 #include "server/quantities.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
+#include <utility>
 
+#include "sampler/diagnostics.h"
 #include "worlds/animation_codec.h"
 
 namespace retake {
 namespace {
 
 using nlohmann::json;
+
+constexpr std::ptrdiff_t kJudgedOfMany = 120;
 
 /// Where the JSON of a sample's measures has a number.
 struct Place {
@@ -38,12 +44,12 @@ std::vector<Quantity> quantities(const Scenario& scenario,
   const std::size_t variables = scenario.model().size();
   std::vector<Quantity> all;
   for (const Variable& variable : scenario.model().variables())
-    all.push_back({variable.name, {}});
+    all.push_back({.name = variable.name, .is_one_of_many = true, .draws = {}});
   std::vector<Place> places;  // of the measures among them
   std::map<std::string, std::size_t> members;
   for (const Measure& measure : scenario.measures()) {
     if (measure.kind == Measure::Kind::integer_set) continue;
-    all.push_back({measure.name, {}});
+    all.push_back({.name = measure.name, .is_one_of_many = !measure.list.empty(), .draws = {}});
     places.push_back(measure.list.empty() ? Place{.key = measure.name}
                                           : Place{.key = measure.list, .member = members[measure.list]++});
   }
@@ -59,6 +65,25 @@ std::vector<Quantity> quantities(const Scenario& scenario,
             k < variables ? state[static_cast<Eigen::Index>(k)] : number_of(measures, places[k - variables]);
     }
   return all;
+}
+
+std::vector<Quantity> slowest(std::vector<Quantity> all) {
+  const auto is_one_of_many = [](const Quantity& quantity) { return quantity.is_one_of_many; };
+  if (std::count_if(all.begin(), all.end(), is_one_of_many) <= kJudgedOfMany) return all;
+  std::vector<double> ess;
+  for (const Quantity& quantity : all) {
+    const double rough = quantity.is_one_of_many ? ess_rough(quantity.draws) : 0;
+    ess.push_back(std::isfinite(rough) ? rough : std::numeric_limits<double>::infinity());
+  }
+  std::vector<double> of_many;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (all[i].is_one_of_many) of_many.push_back(ess[i]);
+  std::nth_element(of_many.begin(), of_many.begin() + (kJudgedOfMany - 1), of_many.end());
+  const double limit = of_many[kJudgedOfMany - 1];
+  std::vector<Quantity> judged;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (ess[i] <= limit && std::isfinite(ess[i])) judged.push_back(std::move(all[i]));
+  return judged;
 }
 
 }  // namespace retake

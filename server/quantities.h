@@ -14,12 +14,18 @@ namespace retake {
 
 struct Quantity {
   std::string name;
-  Eigen::MatrixXd draws;  ///< a column a chain, a row a draw; NaN where there is no value
+  bool is_one_of_many = false;  ///< a variable, or a member of a list of measures
+  Eigen::MatrixXd draws;        ///< a column a chain, a row a draw; NaN where there is no value
 };
 
 /// Every variable, and every measure that is a number or a flag (as 0 or 1); a set is no quantity. Longer
 /// chains are thinned evenly to the length of the shortest. Requires: at least one chain, and a draw in each.
 std::vector<Quantity> quantities(const Scenario& scenario,
                                  const std::vector<std::vector<DrawRecord>>& chains);
+
+/// Those that are judged where there are very many: each that stands for itself, and of the others the 120
+/// slowest by ess_rough, chosen so that HOMEMADE's 2,400 are judged in a blink. All, in their order, up to
+/// that number. A quantity that never varies is not slow.
+std::vector<Quantity> slowest(std::vector<Quantity> all);
 
 }  // namespace retake

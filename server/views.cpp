@@ -165,6 +165,7 @@ json diagnostics_json(const Health& health) {
                      {"accepted", swap.accepted}});
   const double all_seconds = health.simulated_seconds + health.skipped_seconds;
   return {{"quantities", std::move(quantities)},
+          {"quantity_count", health.quantity_count},
           {"chains", health.chains},
           {"draws_per_chain", health.draws_per_chain},
           {"effective", std::move(effective)},

@@ -73,6 +73,21 @@ std::vector<ReferenceCase> read_reference() {
   return cases;
 }
 
+/// Walks with a standard deviation of 1 whose every draw keeps `memory` of the one before.
+MatrixXd walks(Index iterations, Index chains, double memory, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  MatrixXd draws(iterations, chains);
+  for (Index chain = 0; chain < chains; ++chain) {
+    double x = normal(random);
+    for (Index i = 0; i < iterations; ++i) {
+      draws(i, chain) = x;
+      x = memory * x + std::sqrt(1 - memory * memory) * normal(random);
+    }
+  }
+  return draws;
+}
+
 void expect_close(double actual, double expected, const char* what) {
   if (std::isnan(expected)) {
     EXPECT_TRUE(std::isnan(actual)) << what << " is " << actual;
@@ -190,6 +205,35 @@ TEST(Diagnostics, ShortChainsGiveNaN) {
     EXPECT_TRUE(std::isnan(ess_bulk(normal_draws(iterations, 4, 13))));
   }
   EXPECT_FALSE(std::isnan(ess_bulk(normal_draws(6, 4, 13))));
+}
+
+TEST(RoughEss, TellsSlowQuantitiesFromQuickOnes) {
+  // Over many walks its mean is near the true figure, n (1 - memory) / (1 + memory).
+  for (const double memory : {0.0, 0.5, 0.9}) {
+    double sum = 0;
+    for (std::uint64_t seed = 0; seed < 100; ++seed)
+      sum += std::log(ess_rough(walks(900, 4, memory, seed)));
+    const double expected = 3600 * (1 - memory) / (1 + memory);
+    EXPECT_GT(std::exp(sum / 100), 0.4 * expected) << memory;
+    EXPECT_LT(std::exp(sum / 100), 1.4 * expected) << memory;
+  }
+}
+
+TEST(RoughEss, ChainsThatDisagreeAndChainsThatDriftAreWorthLittle) {
+  MatrixXd apart = walks(400, 3, 0, 1);
+  apart.rowwise() += Eigen::RowVector3d(0, 20, 40);
+  EXPECT_LT(ess_rough(apart), 10);
+  MatrixXd drifting = walks(400, 2, 0, 2);
+  drifting.colwise() += VectorXd::LinSpaced(400, 0, 30);
+  EXPECT_LT(ess_rough(drifting), 10);
+}
+
+TEST(RoughEss, HasNoFigureWhereThereIsNone) {
+  EXPECT_TRUE(std::isnan(ess_rough(MatrixXd::Constant(50, 2, 3))));
+  EXPECT_TRUE(std::isnan(ess_rough(walks(3, 2, 0, 1))));
+  MatrixXd holed = walks(50, 2, 0, 1);
+  holed(7, 1) = kNaN;
+  EXPECT_TRUE(std::isnan(ess_rough(holed)));
 }
 
 }  // namespace

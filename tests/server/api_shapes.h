@@ -42,7 +42,7 @@ inline const nlohmann::json& shapes() {
       "satisfied": ["boolean"]},
     "Diagnostics": {"quantities": [{"name": "string", "rhat": "number|null", "ess_bulk": "number|null",
       "ess_tail": "number|null", "ess_within": "number|null", "ess_across": "number|null", "mean": "number|null",
-      "sd": "number|null"}], "chains": "integer", "draws_per_chain": "integer", "effective": "null|object",
+      "sd": "number|null"}], "quantity_count": "integer", "chains": "integer", "draws_per_chain": "integer", "effective": "null|object",
       "odds": "null|object", "first_sample": "null|object", "eta_seconds": "number|null",
       "saved": {"iterations": "integer", "simulations": "integer", "simulated_seconds": "number",
         "skipped_seconds": "number", "share": "number|null"},

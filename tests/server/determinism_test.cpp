@@ -30,6 +30,10 @@ struct Walk {
   json chain;
 };
 
+json word_document(const std::string& text) {
+  return {{"world", "spelling"}, {"constraints", {{{"kind", "spell"}, {"text", text}}}}};
+}
+
 json pins_document(const json& rack, const json& down) {
   return {{"world", "bowling"},
           {"model", {{"rack", rack}}},
@@ -53,7 +57,10 @@ std::vector<Walk> walks() {
       {"tempering", wish_document(1, 0.002),
        json::parse(R"({"seed":16,"method":"tempering","stop":{"iterations":300000}})")},
       {"bowling_conditional", pins_document({10}, {10}),
-       json::parse(R"({"seed":17,"method":"conditional","stop":{"iterations":1500}})")}};
+       json::parse(R"({"seed":17,"method":"conditional","stop":{"iterations":1500}})")},
+      // And this one while it builds, burns in, samples and walks a soft stretch.
+      {"spelling_conditional", word_document("HI"),
+       json::parse(R"({"seed":18,"method":"conditional","stop":{"iterations":3000}})")}};
 }
 
 /// Runs a walk on a daemon of its own, nothing disturbing it.

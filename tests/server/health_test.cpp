@@ -175,6 +175,22 @@ TEST_F(HealthTest, AnEtaIsGivenWhileNothingIsFoundAndAChainRuns) {
   EXPECT_FALSE(health(chains).eta_seconds);
 }
 
+TEST_F(HealthTest, AGuidedChainThatRunsDoesNotWaitForChance) {
+  const auto word =
+      Scenario::read({{"world", "spelling"}, {"constraints", {{{"kind", "spell"}, {"text", "I"}}}}});
+  std::vector<ChainRecord> chains = {chain("metropolis")};
+  chains[0].counters.iteration = 999;
+  chains[0].counters.iterations_per_second = 10;
+  const auto eta = [&] {
+    return health_of(*word, chains, std::vector<Draws>(chains.size()), std::nullopt).eta_seconds;
+  };
+  EXPECT_EQ(eta(), 100);
+  chains.push_back(chain("conditional"));
+  EXPECT_FALSE(eta());
+  chains[1].state = ChainState::paused;
+  EXPECT_EQ(eta(), 100);
+}
+
 TEST_F(HealthTest, SwapsAreThoseBetweenNeighboursOfEachLadder) {
   std::vector<ChainRecord> chains = {chain("tempering"), chain("rejection"), chain("tempering")};
   chains[0].id = "a";

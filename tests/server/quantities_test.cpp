@@ -1,6 +1,10 @@
 // Quantities: variables, numbers and flags in one table, sets left out.
 #include "server/quantities.h"
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+
 #include <gtest/gtest.h>
 
 #include "tests/worlds/stub_world.h"
@@ -51,6 +55,47 @@ TEST(Quantities, MembersOfListsAreQuantitiesOfTheirOwn) {
   EXPECT_TRUE(std::isnan(named("bounce_1")[3]));
   EXPECT_EQ(named("bounce_2")[0], -1);
   EXPECT_TRUE(named("bounce_2").tail(3).array().isNaN().all());
+}
+
+/// A column of draws, each of which keeps `memory` of the one before.
+Quantity walked(const std::string& name, bool is_one_of_many, double memory, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  Quantity made{.name = name, .is_one_of_many = is_one_of_many, .draws = Eigen::MatrixXd(400, 1)};
+  double x = 0;
+  for (Eigen::Index i = 0; i < 400; ++i) {
+    x = memory * x + std::sqrt(1 - memory * memory) * normal(random);
+    made.draws(i, 0) = x;
+  }
+  return made;
+}
+
+TEST(Quantities, OfVeryManyTheSlowestAreJudgedAndThoseThatStandForThemselves) {
+  std::mt19937 random(1);
+  std::vector<Quantity> all = {walked("alone", false, 0, random)};
+  for (int i = 0; i < 500; ++i)
+    all.push_back(walked("quick_" + std::to_string(i), true, 0, random));
+  all.push_back({.name = "constant", .is_one_of_many = true, .draws = Eigen::MatrixXd::Constant(400, 1, 2)});
+  for (int i = 0; i < 5; ++i)
+    all.insert(all.begin() + 70 * (i + 1), walked("slow_" + std::to_string(i), true, 0.97, random));
+  std::vector<std::string> names;
+  for (const Quantity& quantity : slowest(all)) {
+    EXPECT_EQ(quantity.draws.rows(), 400);
+    names.push_back(quantity.name);
+  }
+  const auto has = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  EXPECT_EQ(names.size(), 121u);
+  EXPECT_EQ(names.front(), "alone");
+  EXPECT_FALSE(has("constant"));
+  for (int i = 0; i < 5; ++i)
+    EXPECT_TRUE(has("slow_" + std::to_string(i))) << i;
+
+  // Few are judged all.
+  const std::vector<Quantity> few(all.begin(), all.begin() + 121);
+  ASSERT_EQ(slowest(few).size(), few.size());
+  for (std::size_t i = 0; i < few.size(); ++i)
+    EXPECT_EQ(slowest(few)[i].name, few[i].name);
 }
 
 }  // namespace

@@ -23,16 +23,16 @@ const SOFTWARE_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-u
 
 /**
  * Starts `retake serve`. A new store has one example, so that chains of others take no time from the test.
- * @param {{store?: string, port?: number, world?: string|null, samples?: number}} [options] a new store and any free
- *   port unless given; the world of the example, null for what the program itself adds; how many samples are found
+ * @param {{store?: string, port?: number, world?: string|null, examples?: boolean, samples?: number}} [options] a new
+ *   store and any free port unless given; the world of the example, null for what the program itself adds, if
+ *   `examples` are wanted; how many samples are found
  * @returns {Promise<{address: string, port: number, store: string, end: () => Promise<void>, remove: () => Promise<void>}>}
  */
-export async function startProgram({ store, port = 0, world = "ball2d", samples = 400 } = {}) {
+export async function startProgram({ store, port = 0, world = "ball2d", examples = world === null, samples = 400 } = {}) {
   if (!PROGRAM) throw new Error("RETAKE_PROGRAM must name the program to be tested");
   const folder = store ? null : await mkdtemp(join(tmpdir(), "retake-web-"));
   const path = store ?? join(folder, "retake.db");
-  const examples = world === null ? [] : ["--no-examples"];
-  const program = spawn(PROGRAM, ["serve", "--listen", `127.0.0.1:${port}`, "--store", path, "--threads", "1", ...examples], {
+  const program = spawn(PROGRAM, ["serve", "--listen", `127.0.0.1:${port}`, "--store", path, "--threads", "1", ...(examples ? [] : ["--no-examples"])], {
     stdio: ["ignore", "pipe", "pipe"],
   });
   // A test that failed has not ended its program.

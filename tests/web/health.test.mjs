@@ -26,6 +26,7 @@ const DIAGNOSTICS = {
     { ...quantity("lane_friction", 121, 1.03), ess_within: 210, ess_across: 84.4 },
     { name: "pins_down", rhat: null, ess_bulk: null, ess_tail: null, ess_within: null, ess_across: null, mean: 8, sd: 0 },
   ],
+  quantity_count: 10,
   chains: 4,
   draws_per_chain: 250,
   effective: { samples: 84.4, quantity: "lane_friction", within: 210, per_cpu_minute: 5.24 },
@@ -38,6 +39,7 @@ const DIAGNOSTICS = {
 const NOTHING = {
   ...DIAGNOSTICS,
   quantities: [],
+  quantity_count: 0,
   chains: 0,
   draws_per_chain: 0,
   effective: null,
@@ -300,9 +302,9 @@ test("what was found while learning carries a mark, in its tile and in the large
   for (const { id: sample } of samples) {
     const tile = page.locator(`.tile[data-sample="${sample}"]`);
     assert.equal(await tile.locator(".learning").count(), learned.has(sample) ? 1 : 0);
-    assert.equal(/found while learning/.test(await tile.locator("a").getAttribute("aria-label")), learned.has(sample));
+    assert.equal(/found early/.test(await tile.locator("a").getAttribute("aria-label")), learned.has(sample));
   }
-  assert.match(await page.locator(".tile .learning").first().getAttribute("title"), /^Found while learning; a true animation, left out of the statistics$/);
+  assert.match(await page.locator(".tile .learning").first().getAttribute("title"), /^Found early, before its chain had settled; a true animation, left out of the statistics$/);
   await picture(page, "learning-tiles");
   await page.locator(`.tile[data-sample="${samples[0].id}"] a`).click();
   await page.locator(".facts-panel .learning", { hasText: "left out of the statistics" }).waitFor();

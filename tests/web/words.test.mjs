@@ -73,11 +73,22 @@ test("the claim of single chains is told as a claim", () => {
   assert.match(words.independenceNotes({ effective, chains: 1 }).join(" "), /one chain alone/);
 });
 
-test("while chains learn, that is why nothing counts yet", () => {
-  const [idle, learning] = [false, true].map((learn) => words.independenceNotes({ effective: null, chains: 0 }, learn));
-  assert.equal(idle.length, 1);
-  assert.match(learning[0], /still learning/);
-  assert.doesNotMatch(idle[0], /learning/);
+test("while chains learn or burn in, that is why nothing counts yet", () => {
+  const note = (...chains) => words.independenceNotes({ effective: null, chains: 0 }, words.busyInWords(chains)).join(" ");
+  const learning = { phase: "exploring", kernels: [{ name: "redraw" }] };
+  const burning = { phase: "exploring", kernels: [{ name: "build" }, { name: "swap" }] };
+  assert.match(note(learning), /still learning/);
+  assert.match(note(burning, { ...burning, phase: "sampling" }), /still burning in/);
+  for (const idle of [note(), note({ ...burning, phase: "sampling" })]) assert.doesNotMatch(idle, /still/);
+});
+
+test("what is built up says nothing of the odds of chance", () => {
+  const difficulty = { one_in: null, at_least: 35_000, draws: 129_023, hits: 0 };
+  assert.equal(words.difficultyInWords(difficulty, "pours"), "Nothing yet in 129,023 pours: rarer than 1 in 35,000");
+  assert.equal(words.difficultyInWords(difficulty, "pours", 120), "Rarer than 1 in 35,000 pours");
+  assert.deepEqual(words.difficultyNotes(difficulty, "pours", false), ["A first look at 129,023 plain pours saw none."]);
+  assert.match(words.difficultyNotes(difficulty, "pours", true).join(" "), /build up what is wished for/);
+  assert.deepEqual(words.difficultyNotes({ ...difficulty, hits: 3 }, "pours", false), ["From a first look at 129,023 plain pours."]);
 });
 
 test("time is told from the first sample, else from what may be to come", () => {
@@ -88,7 +99,10 @@ test("time is told from the first sample, else from what may be to come", () => 
   const searching = { first_sample: null, eta_seconds: 240, saved: { share: null } };
   assert.equal(words.timeInWords(searching), "Perhaps 4 min more");
   assert.equal(words.timeNotes(searching).length, 1);
-  assert.equal(words.timeInWords({ ...searching, eta_seconds: null }), "None found yet");
+  const unknown = { ...searching, eta_seconds: null };
+  assert.equal(words.timeInWords(unknown), "None found yet");
+  assert.deepEqual(words.timeNotes(unknown, false), ["No chain is searching."]);
+  assert.deepEqual(words.timeNotes(unknown, true), ["A chain is building the first one up."]);
 });
 
 test("spans of time have one unit", () => {
@@ -102,4 +116,8 @@ test("a chain says what it is doing", () => {
   assert.equal(chain({}), "exploring: nothing found yet");
   assert.match(chain({ method: "tempering" }), /^exploring: .*ladder/);
   assert.equal(chain({ phase: "sampling" }), "sampling");
+  const guided = (more) => chain({ kernels: [{ name: "build", proposed: 9, accepted: 4 }], ...more });
+  assert.equal(guided({}), "building the first one up");
+  assert.equal(guided({ samples: 3 }), "burning in: 3 found, not counted");
+  assert.equal(guided({ samples: 30, phase: "sampling" }), "sampling");
 });

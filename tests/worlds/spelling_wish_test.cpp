@@ -37,6 +37,40 @@ TEST(SpellingWish, AModelHasAsManyBallsAsItsLargestWishDesignates) {
   EXPECT_EQ(balls(json::array({spell("HI")}), {{"columns", 7}, {"rows", 5}, {"balls", 12}}), 12);
 }
 
+TEST(SpellingWish, ABoxWithoutASizeHasRoomForTheText) {
+  const auto model_of = [](const json& constraints, const json& model) {
+    return Scenario::read(document(constraints, model))->document().at("model");
+  };
+  const auto size = [&](const json& constraints, const json& model = json::object()) {
+    const json fitted = model_of(constraints, model);
+    return std::pair(fitted.at("columns").get<int>(), fitted.at("rows").get<int>());
+  };
+  using Size = std::pair<int, int>;
+  EXPECT_EQ(size(json::array()), Size(7, 5));
+  EXPECT_EQ(size(json::array({spell("HI")})), Size(7, 5));
+  EXPECT_EQ(size(json::array({spell("ACM")})), Size(15, 7));
+  EXPECT_EQ(size(json::array({spell("acm")})), Size(15, 7));
+  EXPECT_EQ(size({spell("HI"), spell("ACM")}), Size(15, 7));
+  EXPECT_EQ(size(json::array({spell("HOMEMADE")})).second, 7);
+  EXPECT_EQ(model_of(json::array({spell("ACM")}), json::object()).at("balls"), 30);
+  // Whoever says a size means it.
+  EXPECT_EQ(size(json::array({spell("ACM")}), {{"columns", 20}, {"rows", 6}}), Size(20, 6));
+  for (const json& model : {json({{"columns", 7}}), json({{"rows", 5}})})
+    EXPECT_EQ(pointers(faults_of_document(json::array({spell("ACM")}), model)),
+              (std::vector<std::string>{"/constraints/0/text"}))
+        << model;
+}
+
+TEST(SpellingWish, ATextThatNoBoxHasRoomForIsRefusedWithTheSizeItNeeds) {
+  const std::string fault = faults_of_document(json::array({spell("INCOMPREHENSIBLE")}), json::object())
+                                .find("/constraints/0/text")
+                                ->second;
+  const spelling::TextSize least = spelling::least_size("INCOMPREHENSIBLE");
+  EXPECT_GT(least.columns, spelling::kMostColumns);
+  EXPECT_EQ(fault, "needs " + std::to_string(least.columns) + " columns and " + std::to_string(least.rows) +
+                       " rows, the largest box has 40 columns and 12 rows");
+}
+
 TEST(SpellingWish, EqualWishesAreEqualDocuments) {
   const json filled = Scenario::read(document(json::array({spell("hi")})))->document();
   EXPECT_EQ(filled, Scenario::read(document(json::array({spell("HI")})))->document());

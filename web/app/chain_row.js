@@ -4,7 +4,7 @@ import { h, say } from "./dom.js";
 import { phaseInWords } from "./health_words.js";
 import { icon } from "./icons.js";
 import { complain } from "./notice.js";
-import { count, pace, percent, seconds } from "./words.js";
+import { count, pace, percent, seconds, spaced } from "./words.js";
 
 const isGoing = ({ state }) => state === "running" || state === "queued";
 
@@ -57,7 +57,7 @@ export class ChainRow {
     say(this.iteration, count(chain.iteration));
     say(this.pace, chain.state === "running" ? pace(chain.iterations_per_second) : "–");
     say(this.accepted, percent(chain.accepted, chain.iteration));
-    this.accepted.title = (chain.kernels ?? []).map((kernel) => `${kernel.name}: ${percent(kernel.accepted, kernel.proposed)} of ${count(kernel.proposed)}`).join("\n");
+    this.accepted.title = (chain.kernels ?? []).map((kernel) => `${spaced(kernel.name)}: ${percent(kernel.accepted, kernel.proposed)} of ${count(kernel.proposed)}`).join("\n");
     say(this.samples, count(chain.samples));
     say(this.independent, typeof chain.effective_samples === "number" ? count(chain.effective_samples) : "–");
     say(this.first, chain.first_sample ? seconds(chain.first_sample.seconds) : "–");

@@ -111,6 +111,13 @@ export function lookedAt(framing, pose) {
   return sphere;
 }
 
+/** How many times as wide as high a framing is seen, from far away. @param {Framing} framing */
+export function aspectOf({ box, azimuth, elevation }) {
+  const { x, y, z } = box.getSize(new THREE.Vector3());
+  const across = (one, other) => Math.abs(one * Math.cos(azimuth)) + Math.abs(other * Math.sin(azimuth));
+  return across(x, z) / (y * Math.cos(elevation) + across(z, x) * Math.abs(Math.sin(elevation)));
+}
+
 export function newCamera() {
   return new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 1000);
 }

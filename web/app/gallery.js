@@ -1,7 +1,7 @@
 // The grid of live tiles: pages of samples, the order, and the clock that all tiles share.
 import { pathOf, request } from "./api.js";
 import { arrange, h, say } from "./dom.js";
-import { SharedFraming } from "./framing.js";
+import { aspectOf, SharedFraming } from "./framing.js";
 import { icon } from "./icons.js";
 import { on } from "./live.js";
 import { complain } from "./notice.js";
@@ -13,6 +13,8 @@ import { count } from "./words.js";
 
 const PAGE = 24;
 const TILE_ASPECT = 4 / 3; // as the style sheet has it
+const WIDE_ASPECT = 3; // and for what is seen much wider than high
+const MUCH = 3.5;
 const REFILL = 400; // [ms] between two looks at what is new
 const HOLD = 1.4; // [s] for which the outcome is shown before all tiles start again
 const ORDERS = { newest: "Newest", oldest: "Oldest", likely: "Likeliest" };
@@ -153,7 +155,7 @@ export class Gallery {
 
   #newTile(sample) {
     const tile = new Tile(sample, {
-      admit: (take) => this.framing.admit(take.framing) && this.#reframe(),
+      admit: (take) => this.#admit(take.framing),
       framing: (take) => this.framing.of(take.framing),
       playsAll: () => this.playsAll,
     });
@@ -161,7 +163,13 @@ export class Gallery {
     return tile;
   }
 
-  #reframe() {
+  /** The first one decides how wide tiles are. */
+  #admit(framing) {
+    if (!this.framing.framing && aspectOf(framing) > MUCH) {
+      this.framing = new SharedFraming(WIDE_ASPECT);
+      this.grid.classList.add("wide");
+    }
+    if (!this.framing.admit(framing)) return;
     for (const tile of this.tiles.values()) tile.frame();
     stage.redraw();
   }

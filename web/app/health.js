@@ -1,12 +1,11 @@
 // How a scenario fares: the odds of its wish, how many of its animations are independent, and what they cost.
 import { pathOf, request } from "./api.js";
 import { h, say } from "./dom.js";
-import { agreementOf, basisInWords, difficultyInWords, independenceInWords, independenceNotes, oddsInWords, timeInWords, timeNotes, triesOf } from "./health_words.js";
+import { agreementOf, basisInWords, busyInWords, difficultyInWords, difficultyNotes, independenceInWords, independenceNotes, isGuided, oddsInWords, timeInWords, timeNotes, triesOf } from "./health_words.js";
 import { complain } from "./notice.js";
 import { oddsLine } from "./odds_line.js";
 import { QuantityPlot } from "./quantity_plot.js";
 import { SwapPlot } from "./swap_plot.js";
-import { count } from "./words.js";
 
 const REFRESH = 4000; // [ms]
 
@@ -35,6 +34,7 @@ export class Health {
     const news = chains.length !== this.chains?.length;
     this.chains = chains;
     this.#showOdds();
+    this.#showIndependence();
     if (news) this.#showSwaps();
     const key = chains.map(({ id, state, iteration }) => `${id} ${state} ${iteration}`).join();
     if (key === this.key || this.timer) return;
@@ -59,8 +59,8 @@ export class Health {
       this.diagnostics = diagnostics;
       this.#showOdds();
       this.#showIndependence();
-      this.time.show(timeInWords(diagnostics), timeNotes(diagnostics));
-      this.quantities.show(diagnostics.quantities);
+      this.time.show(timeInWords(diagnostics), timeNotes(diagnostics, this.chains.some(({ state }) => state === "running")));
+      this.quantities.show(diagnostics.quantities, diagnostics.quantity_count);
       this.#showSwaps();
     } catch (error) {
       complain(error);
@@ -68,15 +68,15 @@ export class Health {
   }
 
   #showOdds() {
-    const { difficulty } = this.scenario;
+    const { difficulty, samples } = this.scenario;
     const odds = this.diagnostics?.odds ?? this.scenario.odds;
     // A first look that saw a hit says more than chains that have not.
     if (odds && (odds.probability > 0 || !difficulty?.hits)) {
       const { often, interval } = oddsInWords(odds, this.tries);
       this.odds.show(often, [interval && `${interval}, with 95 % confidence.`, basisInWords(odds, this.tries)], oddsLine, odds);
     } else if (difficulty) {
-      const known = `From a first look at ${count(difficulty.draws)} plain ${this.tries}.`;
-      this.odds.show(difficultyInWords(difficulty, this.tries), [known], oddsLine, estimateOf(difficulty));
+      const notes = difficultyNotes(difficulty, this.tries, this.chains.some(isGuided));
+      this.odds.show(difficultyInWords(difficulty, this.tries, samples), notes, oddsLine, estimateOf(difficulty));
     } else {
       this.odds.show("Not known yet", ["Plain draws, or chains that have learned, tell how rare the wish is."]);
     }
@@ -89,7 +89,8 @@ export class Health {
 
   #showIndependence() {
     const { diagnostics } = this;
-    this.independence.show(independenceInWords(diagnostics.effective), independenceNotes(diagnostics, this.chains.some(({ phase }) => phase === "exploring")), agreementSign, agreementOf(diagnostics));
+    if (!diagnostics) return;
+    this.independence.show(independenceInWords(diagnostics.effective), independenceNotes(diagnostics, busyInWords(this.chains)), agreementSign, agreementOf(diagnostics));
   }
 }
 

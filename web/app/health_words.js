@@ -1,7 +1,7 @@
 // How a scenario fares, in words: how rare its wish is, how many animations are independent, how long it takes.
 import { count, number, percent, spaced } from "./words.js";
 
-const TRIES = { bowling: "throws", dice: "throws", ball2d: "drops" };
+const TRIES = { bowling: "throws", dice: "throws", ball2d: "drops", spelling: "pours" };
 export const AGREEING_RHAT = 1.05;
 const COMMON = 1 / 100;
 const OFTEN = 0.2; // from here on a share reads better than "1 in"
@@ -50,10 +50,19 @@ const BASIS = {
 export const basisInWords = (odds, tries) => (odds.probability > 0 && BASIS[odds.basis]?.(odds, tries)) || "";
 
 /** The odds that a first look at plain tries gives: a point, without an interval of its own.
- * @param {import("./types.js").Difficulty} difficulty @returns {string} */
-export function difficultyInWords({ one_in, at_least, draws }, tries) {
+ * @param {import("./types.js").Difficulty} difficulty @param {string} tries
+ * @param {number} [samples] what chains have found @returns {string} */
+export function difficultyInWords({ one_in, at_least, draws }, tries, samples = 0) {
+  if (one_in === null && samples > 0) return `Rarer than 1 in ${rounded(at_least, 2)} ${tries}`;
   if (one_in === null) return `Nothing yet in ${count(draws)} ${tries}: ${rarerThan(at_least)}`;
   return oftenInWords(1 / one_in, tries);
+}
+
+/** Where that is known from. @param {import("./types.js").Difficulty} difficulty @param {string} tries
+ * @param {boolean} guided whether there is a chain that its world guides @returns {string[]} sentences */
+export function difficultyNotes({ draws, hits }, tries, guided) {
+  const look = hits ? `From a first look at ${count(draws)} plain ${tries}.` : `A first look at ${count(draws)} plain ${tries} saw none.`;
+  return guided ? [look, "The chains build up what is wished for, so they cannot tell how rare chance makes it."] : [look];
 }
 
 /**
@@ -97,11 +106,11 @@ export function independenceInWords(effective) {
 /**
  * What stands below the number of independent animations.
  * @param {import("./types.js").Diagnostics} diagnostics
- * @param {boolean} [learn] whether there is a chain that still learns
+ * @param {string} [busy] with what chains are busy before what they find counts, if there are such
  * @returns {string[]} sentences
  */
-export function independenceNotes({ effective, chains }, learn = false) {
-  if (!effective) return [learn ? "Chains are still learning; what they find meanwhile is shown, but does not count." : "It takes a few animations from a chain that has found its way."];
+export function independenceNotes({ effective, chains }, busy = "") {
+  if (!effective) return [busy ? `Chains are still ${busy}; what they find meanwhile is shown, but does not count.` : "It takes a few animations from a chain that has found its way."];
   const notes = [];
   if (chains < 2) notes.push("From one chain alone, which claims too much. Start more to be sure.");
   else if (effective.within > 1.05 * effective.samples) notes.push(`Judged each by itself, the chains would claim ${count(effective.within)}. That is too much: only what they agree on counts.`);
@@ -128,29 +137,43 @@ export function timeInWords({ first_sample, eta_seconds }) {
   return typeof eta_seconds === "number" ? `Perhaps ${spanInWords(eta_seconds)} more` : "None found yet";
 }
 
-/** @param {import("./types.js").Diagnostics} diagnostics @returns {string[]} sentences */
-export function timeNotes({ first_sample, eta_seconds, saved }) {
+/** @param {import("./types.js").Diagnostics} diagnostics @param {boolean} [searching] whether a chain is under way
+ * @returns {string[]} sentences */
+export function timeNotes({ first_sample, eta_seconds, saved }, searching = false) {
   const notes = [];
   if (!first_sample && typeof eta_seconds === "number") notes.push("Until the first, at the present pace and judging by what was tried so far.");
-  if (!first_sample && typeof eta_seconds !== "number") notes.push("No chain is searching.");
+  if (!first_sample && typeof eta_seconds !== "number") notes.push(searching ? "A chain is building the first one up." : "No chain is searching.");
   if (saved?.share > 0.005) notes.push(`Stopping early and resuming saved ${percent(saved.share, 1)} of the simulated time.`);
   return notes;
 }
 
+/** Whether a chain is guided by its world: it builds its first animation up, and does not learn.
+ * @param {import("./types.js").Chain} chain */
+export const isGuided = ({ kernels }) => kernels?.[0]?.name === "build";
+
+/** With what chains are busy before what they find counts. @param {import("./types.js").Chain[]} chains */
+export function busyInWords(chains) {
+  const early = chains.filter(({ phase }) => phase === "exploring");
+  if (!early.length) return "";
+  return early.every(isGuided) ? "burning in" : "learning";
+}
+
 /** What a chain that is under way is doing. @param {import("./types.js").Chain} chain */
-export function phaseInWords({ phase, method, samples }) {
+export function phaseInWords(chain) {
+  const { phase, method, samples } = chain;
   if (phase !== "exploring") return "sampling";
+  if (isGuided(chain)) return samples ? `burning in: ${count(samples)} found, not counted` : "building the first one up";
   if (method === "tempering") return `exploring: tuning its ladder, ${count(samples)} found`;
   return samples ? `exploring: ${count(samples)} found, learning from them` : "exploring: nothing found yet";
 }
 
-/** Of a sample that was found while its chain was learning. */
-export const LEARNING = "Found while learning; a true animation, left out of the statistics";
+/** Of a sample that was found while its chain was learning or burning in. */
+export const LEARNING = "Found early, before its chain had settled; a true animation, left out of the statistics";
 
 /** What each method does, in a sentence. @type {Object<string, {title: string, summary: string}>} */
 export const METHODS = {
   rejection: { title: "Plain draws", summary: "Tries at random and keeps what fits, which is best for common wishes." },
   metropolis: { title: "One walk", summary: "Changes one animation a little at a time, as the paper does: finds rare wishes, and then many that look alike." },
-  conditional: { title: "Learn, then draw", summary: "Explores, learns where the hits lie, and then draws fresh ones from there: best for rare wishes." },
+  conditional: { title: "Among what fits", summary: "Learns where the hits lie, or builds one up where the world knows how, and then moves among what fits alone: best for rare wishes." },
   tempering: { title: "A ladder of walks", summary: "Copies walk under ever stricter wishes and trade places: for what is too rare for anything else." },
 };

@@ -19,19 +19,21 @@ export class QuantityPlot {
   constructor() {
     this.body = h("tbody");
     this.all = h("button.quiet", { type: "button", onclick: () => settle({ quantities: place().quantities === "all" ? "worst" : "all" }) });
+    this.rest = h("p.dim", {});
     const legend = BARS.map(({ key, words }) => h("li", {}, svg("svg.swatch", { width: 22, height: ROW }, bar(key, key === "across" ? 0.5 : 1)), words));
     this.element = h(
       "section.quantities",
       { hidden: true },
       h("div.section-head", {}, h("h3", {}, "Independent values of each quantity, the fewest first"), h("ul.legend", { "aria-hidden": "true" }, ...legend)),
       h("div.scroller", {}, h("table", {}, h("thead", {}, h("tr", {}, ...COLUMNS.map((words) => h("th", { scope: "col" }, words)))), this.body)),
-      this.all,
+      h("div.row", {}, this.all, this.rest),
     );
     this.end = onPlace((now, before) => now.quantities !== before.quantities && this.#redraw());
   }
 
-  /** @param {import("./types.js").Quantity[]} quantities */
-  show(quantities) {
+  /** @param {import("./types.js").Quantity[]} quantities @param {number} all how many there are, judged or not */
+  show(quantities, all) {
+    this.unseen = all - quantities.length;
     this.quantities = [...quantities].sort((a, b) => worth(a) - worth(b));
     this.#redraw();
   }
@@ -49,6 +51,7 @@ export class QuantityPlot {
     this.body.replaceChildren(...shown.map((quantity) => row(quantity, most)));
     this.all.hidden = more <= 1;
     say(this.all, shown.length < this.quantities.length ? `Show all ${count(this.quantities.length)}` : `Show the ${WORST} worst`);
+    say(this.rest, this.unseen > 0 ? `Another ${count(this.unseen)} move more freely or not at all.` : "");
     this.all.setAttribute("aria-expanded", String(shown.length === this.quantities.length));
   }
 }

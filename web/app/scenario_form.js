@@ -27,7 +27,9 @@ class ScenarioForm {
     this.example = h("select", { onchange: () => this.#fill() });
     this.exampleField = h("label.field", {}, h("span", {}, "Begin with"), this.example);
     this.terms = h("ul.terms");
-    this.text = h("textarea", { id: "scenario-text", spellcheck: false, rows: 14, "aria-describedby": "scenario-faults", oninput: () => this.#forgive() });
+    this.saying = h("input", { type: "text", maxLength: 80, autocomplete: "off", spellcheck: false, oninput: () => this.#say() });
+    this.sayingField = h("label.field.saying", { hidden: true }, h("span", {}, "What it shall spell"), this.saying);
+    this.text = h("textarea", { id: "scenario-text", spellcheck: false, rows: 11, "aria-describedby": "scenario-faults", oninput: () => this.#forgive() });
     this.faults = h("div.faults", { id: "scenario-faults", "aria-live": "polite" });
     this.search = h("input", { type: "checkbox", checked: true });
     this.submit = h("button.primary", { type: "submit" }, "Create");
@@ -38,6 +40,7 @@ class ScenarioForm {
         h("div.sheet-head", {}, h("h2", { id: "create-title" }, "New scenario"), h("button.quiet.square", { type: "button", "aria-label": "Close", onclick: () => go({ create: "" }) }, icon("close"))),
         this.worlds,
         h("div.sheet-row", {}, this.exampleField, this.terms),
+        this.sayingField,
         h("label.field", { for: "scenario-text" }, h("span", {}, "The scenario, as JSON")),
         this.text,
         this.faults,
@@ -58,9 +61,12 @@ class ScenarioForm {
     } catch (error) {
       return complain(error);
     }
-    if (opens) this.text.focus();
     const world = this.known.find(({ name }) => name === place().create) ?? this.known[0];
-    if (!world || world === this.world) return;
+    if (world && world !== this.world) this.#offer(world);
+    if (opens) (this.sayingField.hidden ? this.text : this.saying).focus();
+  }
+
+  #offer(world) {
     this.world = world;
     this.worlds.replaceChildren(...this.known.map((each) => this.#choice(each)));
     const examples = world.examples?.length ? world.examples : [{ world: world.name, title: "", model: {}, constraints: [] }];
@@ -81,7 +87,19 @@ class ScenarioForm {
   }
 
   #fill() {
-    this.text.value = documentText(this.examples[Number(this.example.value) || 0]);
+    const example = this.examples[Number(this.example.value) || 0];
+    this.text.value = documentText(example);
+    this.saying.value = textOf(example) ?? "";
+    this.sayingField.hidden = textOf(example) === undefined;
+    this.#forgive();
+  }
+
+  /** Writes the words into the example, for whose world they leave it to find a model with room for them. */
+  #say() {
+    const example = this.examples[Number(this.example.value) || 0];
+    const text = this.saying.value.toUpperCase();
+    const constraints = example.constraints.map((term) => (typeof term.text === "string" ? { ...term, text } : term));
+    this.text.value = documentText({ ...example, title: (example.title ?? "").replace(textOf(example), () => text), model: {}, constraints });
     this.#forgive();
   }
 
@@ -118,6 +136,7 @@ class ScenarioForm {
     });
     const heading = list.length ? problem.title || problem.detail : problem.message;
     this.faults.replaceChildren(h("p", {}, heading), h("ul", {}, ...list));
+    this.faults.scrollIntoView({ block: "nearest" });
   }
 
   #select(pointer) {
@@ -129,4 +148,9 @@ class ScenarioForm {
     const height = this.text.scrollHeight / this.text.value.split("\n").length;
     this.text.scrollTop = Math.max(0, (line - 4) * height);
   }
+}
+
+/** The words that a scenario's wish has in it; undefined if it has none. @param {{constraints: object[]}} scenario */
+function textOf({ constraints }) {
+  return constraints.find(({ text }) => typeof text === "string")?.text;
 }

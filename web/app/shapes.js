@@ -1,9 +1,9 @@
 // Geometry of the shapes that a keyframe document may hold, each built once and shared.
 import * as THREE from "../vendor/three.module.js";
 
-/** @type {Object<string, (shape: any) => THREE.BufferGeometry>} */
+/** @type {Object<string, (shape: any, detail?: number) => THREE.BufferGeometry>} */
 const BUILD = {
-  sphere: ({ radius }) => new THREE.SphereGeometry(radius, 48, 32),
+  sphere: ({ radius }, detail) => new THREE.SphereGeometry(radius, 48 * detail, 32 * detail),
   box: ({ half_extents: [x, y, z] }) => new THREE.BoxGeometry(2 * x, 2 * y, 2 * z),
   cylinder: ({ radius, height }) => new THREE.CylinderGeometry(radius, radius, height, 64),
   revolution: ({ profile }) => revolution(upwards(profile)),
@@ -79,13 +79,13 @@ export const isKnown = (shape) => Object.hasOwn(BUILD, shape?.type);
 
 /**
  * The geometry of a known shape. Meshes belong to the caller, who disposes of them; the others are shared for good.
- * @param {import("./types.js").Shape} shape
+ * @param {import("./types.js").Shape} shape @param {number} [detail] of spheres, relative to the usual
  * @returns {{geometry: THREE.BufferGeometry, owned: boolean}}
  */
-export function geometryOf(shape) {
+export function geometryOf(shape, detail = 1) {
   if (shape.type === "mesh") return { geometry: finish(BUILD.mesh(shape)), owned: true };
-  const key = JSON.stringify(shape);
-  if (!shared.has(key)) shared.set(key, finish(BUILD[shape.type](shape)));
+  const key = JSON.stringify([shape, detail]);
+  if (!shared.has(key)) shared.set(key, finish(BUILD[shape.type](shape, detail)));
   return { geometry: shared.get(key), owned: false };
 }
 

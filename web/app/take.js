@@ -8,6 +8,7 @@ import { Reflection } from "./reflection.js";
 
 const FORMAT = "retake.keyframes/1";
 const CROWD = 4; // with more movers than these, only the one that goes farthest leaves a trail
+const MANY = 12; // with more movers than these, each is small and its roundness plainer
 const MOST_CONTACTS = 240;
 const FEW_CONTACTS = 24; // with more contacts than these, an arrow is only shown for a while
 const ARROW_STAYS = 0.4; // [s]
@@ -76,7 +77,8 @@ export class Take {
   #addBody(body, tracks, times, unknown) {
     const known = isKnown(body.shape);
     if (!known) unknown.add(`“${body.shape?.type}” (${body.name})`);
-    const { geometry, owned } = known ? geometryOf(body.shape) : { geometry: placeholder(), owned: true };
+    const detail = tracks.length > MANY ? 0.5 : 1;
+    const { geometry, owned } = known ? geometryOf(body.shape, detail) : { geometry: placeholder(), owned: true };
     if (owned) this.owned.push(geometry);
     const mesh = new THREE.Mesh(geometry, known ? surfaceOf(body) : cageSurface);
     mesh.name = body.name;

@@ -62,7 +62,7 @@ export class TracePlot {
     try {
       const trace = await request(`${pathOf("chains", chain.id)}/trace?points=1000`);
       if (this.closed || this.shown !== chain.id) return;
-      this.trace = trace;
+      this.trace = withTarget(trace);
       this.#redraw();
     } catch (error) {
       complain(error);
@@ -91,6 +91,12 @@ export class TracePlot {
     this.plot?.destroy();
     this.plot = new uPlot(drawing(name, this.#size()), data, this.box);
   }
+}
+
+/** With the logarithm of what a walk's steps are weighed by, the paper's log p(A). @param {object} trace */
+function withTarget(trace) {
+  const { iteration, log_prior, log_constraint, ...rest } = trace;
+  return { iteration, log_prior, log_constraint, log_target: log_prior.map((value, at) => (value === null || log_constraint[at] === null ? null : value + log_constraint[at])), ...rest };
 }
 
 /** Numbers alone make a curve, with gaps where there is none. */

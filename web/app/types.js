@@ -24,7 +24,7 @@
  *   sizes over all chains together, within each chain by itself (summed), and from the spread of the chains' means */
 /** @typedef {{chain: string, low: number, high: number, proposed: number, accepted: number}} Swap between two
  *   neighbours of a ladder, at inverse temperatures `low` and `high` */
-/** @typedef {{quantities: Quantity[], chains: number, draws_per_chain: number,
+/** @typedef {{quantities: Quantity[], quantity_count: number, chains: number, draws_per_chain: number,
  *   effective: {samples: number, quantity: string, within: number, per_cpu_minute: number|null}|null, odds: Odds|null,
  *   first_sample: {seconds: number}|null, eta_seconds: number|null,
  *   saved: {iterations: number, simulations: number, simulated_seconds: number, skipped_seconds: number,

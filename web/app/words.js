@@ -35,7 +35,7 @@ const degrees = (value) => `${((180 * value) / Math.PI).toFixed(1)}°`;
 const unit = (name, scale = 1) => (value) => `${number(value * scale, 3)} ${name}`;
 
 /** How a measure reads whose name ends like this; any other is a bare number. @type {Object<string, (value: number) => string>} */
-const UNITS = { speed: unit("m/s"), angle: degrees, offset: unit("cm", 100), contact: unit("s") };
+const UNITS = { speed: unit("m/s"), angle: degrees, offset: unit("cm", 100), contact: unit("s"), time: unit("s") };
 
 const unitOf = (name) => (Object.hasOwn(UNITS, name.split("_").at(-1)) ? UNITS[name.split("_").at(-1)] : null);
 
@@ -86,11 +86,14 @@ export function wish(scenario) {
   return `${sentence[0].toUpperCase()}${sentence.slice(1)}.`;
 }
 
+/** What a wish or a duration says already. */
+const SAID = new Set(["active_balls", "filled_bins", "stray_balls", "settling_time"]);
+
 /** What a tile says of its sample: the first measures that are numbers, those with a unit before all others. A word
  * that a name begins with like the one before it is not said again.
  * @param {{measures: object}} sample */
 export function gist(sample, most = 2) {
-  const numbers = Object.entries(sample.measures ?? {}).filter(([, value]) => typeof value === "number");
+  const numbers = Object.entries(sample.measures ?? {}).filter(([name, value]) => typeof value === "number" && !SAID.has(name));
   const rank = ([name]) => (unitOf(name) ? Object.values(UNITS).indexOf(unitOf(name)) : Infinity);
   return numbers
     .sort((a, b) => (rank(a) === rank(b) ? 0 : rank(a) - rank(b)))

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cmath>
+#include <mutex>
+#include <utility>
 
 #include "sampler/check.h"
 
@@ -123,10 +125,21 @@ double extent(int count) {
 
 }  // namespace
 
+struct Box::Triangles {
+  explicit Triangles(TriangleMesh made) : mesh(std::move(made)) {}
+  const TriangleMesh mesh;
+  std::once_flag is_indexed;
+  std::shared_ptr<const impulse::TriangleIndex> index;
+};
+
 Box::Box(int columns, int rows, Tessellation tessellation)
     : columns_(columns), rows_(rows), tessellation_(tessellation) {
   CHECK(columns > 0 && rows > 0, columns, rows);
-  index_ = std::make_shared<impulse::TriangleIndex>(Mesher(*this, tessellation).mesh(), kMarbleRadius);
+  triangles_ = std::make_shared<Triangles>(Mesher(*this, tessellation).mesh());
+}
+
+const TriangleMesh& Box::mesh() const {
+  return triangles_->mesh;
 }
 
 std::size_t Box::bin_count() const {
@@ -172,7 +185,10 @@ std::size_t Box::group_count() const {
 }
 
 std::unique_ptr<impulse::TriangleSurface> Box::make_surface() const {
-  return std::make_unique<impulse::TriangleSurface>(index_);
+  std::call_once(triangles_->is_indexed, [this] {
+    triangles_->index = std::make_shared<const impulse::TriangleIndex>(triangles_->mesh, kMarbleRadius);
+  });
+  return std::make_unique<impulse::TriangleSurface>(triangles_->index);
 }
 
 }  // namespace retake::spelling

@@ -60,14 +60,16 @@ class Box {
   /// (columns + 1) * (rows + 1) * (1 or 2), or 4 a bin. Those at the corners of the box that move no
   /// partition are counted.
   std::size_t group_count() const;
-  const impulse::TriangleMesh& mesh() const { return index_->mesh(); }
-  /// The box for one thread's simulations.
+  const impulse::TriangleMesh& mesh() const;
+  /// The box for one thread's simulations. What a marble can touch where is listed at the first call alone,
+  /// as that takes a tenth of a second for the largest boxes (measured): who only reads a wish need not wait.
   std::unique_ptr<impulse::TriangleSurface> make_surface() const;
 
  private:
   int columns_, rows_;
   Tessellation tessellation_;
-  std::shared_ptr<const impulse::TriangleIndex> index_;
+  struct Triangles;
+  std::shared_ptr<Triangles> triangles_;  ///< shared by copies
 };
 
 }  // namespace retake::spelling

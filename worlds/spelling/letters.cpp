@@ -201,6 +201,13 @@ TextSize least_size(std::string_view text) {
   return {.columns = width(lowest), .rows = height(lowest)};
 }
 
+std::optional<TextSize> room_for(std::string_view text, int most_columns) {
+  for (const std::vector<std::string>& lines : settings(text))
+    if (width(lines) <= most_columns)
+      return TextSize{.columns = std::min(width(lines) + 2, most_columns), .rows = height(lines) + 2};
+  return std::nullopt;
+}
+
 std::optional<BinPattern> lay_out(std::string_view text, int columns, int rows) {
   const auto all = settings(text);
   const auto fits = [&](int margin) {

@@ -33,13 +33,17 @@ std::string in_capitals(std::string_view text);
 /// that is one UTF-8 character is one character here.
 std::vector<std::string> unknown_characters(std::string_view text);
 
-/// The bins that a text takes at least, without a margin.
+/// So many bins.
 struct TextSize {
   int columns = 0;
   int rows = 0;
 };
-/// Requires: no unknown characters.
+/// The bins that a text takes at least, without a margin. Requires: no unknown characters.
 TextSize least_size(std::string_view text);
+
+/// The box for a text: in the tallest face that `most_columns` have room for, with a bin free on every side
+/// as far as they have. None: there is no such face. Requires: no unknown characters.
+std::optional<TextSize> room_for(std::string_view text, int most_columns);
 
 /// A text in the middle of a box. There is a face of five rows and one of three, which has letters and few
 /// signs: the taller one that leaves a row free above and below is used, else the taller one that fits.

@@ -25,14 +25,14 @@ const ParameterTable& model_table() {
        .default_value = 7,
        .minimum = 1,
        .maximum = kMostColumns,
-       .summary = "Bins of the box from left to right",
+       .summary = "Bins of the box from left to right; by default seven, or what a text needs that is longer",
        .source = "5.3.1"},
       {.name = "rows",
        .kind = Parameter::Kind::integer,
        .default_value = 5,
        .minimum = 1,
        .maximum = kMostRows,
-       .summary = "Bins of the box from far to near",
+       .summary = "Bins of the box from far to near; by default five, or what a text needs that is longer",
        .source = "5.3.1"},
       {.name = "balls",
        .kind = Parameter::Kind::integer,
@@ -117,6 +117,16 @@ json example(const char* text, int columns, int rows) {
           {"constraints", {{{"kind", "spell"}, {"text", text}}}}};
 }
 
+/// Makes a box larger until it has room for the texts that do not fit into it.
+void grow(int& columns, int& rows, const json& constraints) {
+  for (const json& constraint : constraints) {
+    const auto room = box_for(constraint);
+    if (!room || designated_bins(constraint, columns, rows)) continue;
+    columns = std::max(columns, room->columns);
+    rows = std::max(rows, room->rows);
+  }
+}
+
 class SpellingWorld final : public World {
  public:
   std::string_view name() const override { return "spelling"; }
@@ -136,13 +146,20 @@ class SpellingWorld final : public World {
   }
   std::optional<Viewpoint> viewpoint(const Animation& shown) const override { return box_viewpoint(shown); }
 
-  /// As many balls as the largest wish designates bins; without a wish HI's, if there are so many bins.
+  /// A box with room for every text, if no size is given. As many balls as the largest wish designates bins;
+  /// without a wish HI's, if there are so many bins.
   void fit_model(json& model, const json& constraints) const override {
     std::vector<Fault> faults;
     const Parameters given = model_parameters().read(model, "", faults);
-    if (model.contains("balls") || !faults.empty()) return;
-    const int columns = static_cast<int>(given.integer("columns"));
-    const int rows = static_cast<int>(given.integer("rows"));
+    if (!faults.empty()) return;
+    int columns = static_cast<int>(given.integer("columns"));
+    int rows = static_cast<int>(given.integer("rows"));
+    if (!model.contains("columns") && !model.contains("rows")) {
+      grow(columns, rows, constraints);
+      model["columns"] = columns;
+      model["rows"] = rows;
+    }
+    if (model.contains("balls")) return;
     int balls = 0;
     for (const json& constraint : constraints)
       if (const auto pattern = designated_bins(constraint, columns, rows))

@@ -23,7 +23,9 @@ constexpr double kTableMargin = 2;
 constexpr double kPaint = 0.00005;  // by which marks lie above what they mark
 constexpr double kOnWall = 0.0001;  // from a wall at most, where a hit is the wall's
 
-constexpr std::array kGlass = {"#d2323f", "#2f72d6", "#2c9f5d", "#e6a51c", "#8450c4", "#16a3ad"};
+// Glass of about one brightness on dark floors: letters are made out by it, also where a marble is a few
+// pixels.
+constexpr std::array kGlass = {"#f0525a", "#4a9cf5", "#3cc585", "#f9b934", "#a878f0", "#2cc6d2"};
 
 enum Still { kPartitions, kFloors, kFarWall, kNearWallBody, kLeftWall, kRightWall };
 
@@ -81,9 +83,9 @@ void write_scene(const Box& box, std::span<const Vector3d> offsets, std::span<co
   const std::vector<Vector3d> places = places_of(box.mesh(), offsets);
   const auto stands = [](const auto&... corners) { return !is_floor(corners...); };
   bodies.push_back(
-      {.name = "partitions", .shape = part_of(box.mesh(), places, 0, stands), .colour = "#b98d5b"});
+      {.name = "partitions", .shape = part_of(box.mesh(), places, 0, stands), .colour = "#7d6043"});
   bodies.push_back(
-      {.name = "floors", .shape = part_of(box.mesh(), places, 0, is_floor), .colour = "#e9dcc4"});
+      {.name = "floors", .shape = part_of(box.mesh(), places, 0, is_floor), .colour = "#40342c"});
   const auto [left, right, far, near] = box.interior();
   const double thick = kWallThickness;
   const char* wood = "#8f6238";
@@ -95,7 +97,7 @@ void write_scene(const Box& box, std::span<const Vector3d> offsets, std::span<co
   bodies.push_back(box_body("wall_right", wood, {right, kBottom, far}, {right + thick, kBoxDepth, near}));
 
   // What only the eye needs.
-  bodies.push_back(box_body("table", "#4a5260",
+  bodies.push_back(box_body("table", "#3f6469",
                             {left - kTableMargin, kBottom - kTableThickness, far - kTableMargin},
                             {right + kTableMargin, kBottom, near + kTableMargin}));
 }
@@ -118,7 +120,7 @@ Body designated_floors(const Box& box, const BinPattern& pattern) {
   };
   return {.name = "target",
           .shape = part_of(box.mesh(), places_of(box.mesh(), unmoved), kPaint, is_designated),
-          .colour = "#f2b8a0"};
+          .colour = "#6d4a3c"};
 }
 
 Viewpoint box_viewpoint(const Animation& animation) {
@@ -130,7 +132,7 @@ Viewpoint box_viewpoint(const Animation& animation) {
   return {.center = {0, kBoxDepth / 2, 0},
           .half_extents = {half.x() + rim, kBoxDepth / 2, half.z() + rim},
           .azimuth = 0,
-          .elevation = 1.05};
+          .elevation = 1.2};
 }
 
 }  // namespace retake::spelling

@@ -26,8 +26,12 @@ std::string fault_of_text(const std::string& text, int columns, int rows) {
   };
   const TextSize least = least_size(text);
   const auto pattern = lay_out(text, columns, rows);
-  if (!pattern)
-    return "needs " + size_text(least.columns, least.rows) + ", the box has " + size_text(columns, rows);
+  if (!pattern) {
+    const bool fits_none = least.columns > kMostColumns;
+    return "needs " + size_text(least.columns, least.rows) +
+           (fits_none ? ", the largest box has " + size_text(kMostColumns, kMostRows)
+                      : ", the box has " + size_text(columns, rows));
+  }
   if (pattern->count() == 0) return "has nothing but spaces";
   return "";
 }
@@ -166,6 +170,15 @@ std::optional<BinPattern> designated_bins(const json& constraint, int columns, i
   if (kind == "spell") return pattern_of_text(constraint.value("text", json()), columns, rows);
   if (kind == "bins") return pattern_of_lines(constraint.value("rows", json()), columns, rows);
   return std::nullopt;
+}
+
+std::optional<TextSize> box_for(const json& constraint) {
+  if (!constraint.is_object() || constraint.value("kind", json()) != "spell") return std::nullopt;
+  const json value = constraint.value("text", json());
+  if (!value.is_string()) return std::nullopt;
+  const std::string text = value.get<std::string>();
+  if (text.empty() || text.size() > kLongestText || !unknown_characters(text).empty()) return std::nullopt;
+  return room_for(text, kMostColumns);
 }
 
 double default_log_lambda(int balls) {

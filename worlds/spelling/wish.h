@@ -21,6 +21,10 @@ std::vector<TermKind> wish_terms();
 /// of wish_terms() or has a fault.
 std::optional<BinPattern> designated_bins(const nlohmann::json& constraint, int columns, int rows);
 
+/// The box that has room for a constraint's text; none for other constraints, and for a text that no box has
+/// room for or that has a fault.
+std::optional<TextSize> box_for(const nlohmann::json& constraint);
+
 /// The log lambda that a wish of so many balls has by default: the paper's 5 up to ten balls, and from there
 /// on growing like 2 log N, which keeps the share of satisfied animations (measured: 7.25 for 30 balls).
 double default_log_lambda(int balls);
