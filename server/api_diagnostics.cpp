@@ -11,8 +11,8 @@ namespace retake {
 namespace {
 
 constexpr std::size_t kMostDraws = 1000;  // a chain; chosen: enough for two digits of every figure
-constexpr std::size_t kMostNumbers =
-    4'000'000;                            // chosen: 32 MB; fewer draws of models with very many variables
+// Fewer draws of models with very many variables; chosen: 24 MB, a fifth of a second.
+constexpr std::size_t kMostNumbers = 3'000'000;
 constexpr std::size_t kFewestDraws = 50;  // a chain; chosen
 constexpr std::size_t kMostChains = 32;   // the newest ones; chosen to bound the work of one request
 
