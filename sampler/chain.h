@@ -43,8 +43,7 @@ struct Target {
   std::vector<Coordinate> learned{};
   /// How `conditional` walks where the world knows; null: it learns.
   std::shared_ptr<const Guide> guide{};
-  /// Proposals on p(A) that look at Scores, which `metropolis` mixes with `kernels`, starting where the guide
-  /// begins; null: none. Requires: a guide.
+  /// Proposals on p(A) that look at Scores, which `metropolis` mixes with `kernels`; null: none.
   std::shared_ptr<const ScoredKernelTable> scored_kernels{};
 };
 

@@ -36,7 +36,11 @@ std::vector<std::string> Guided::kernel_names(const Guide& guide) {
 }
 
 void Guided::start(Simulator& simulator) {
-  begin_by(guide_);
+  RandomStream draws = random(Purpose::initial);
+  guide_.begin(*target_.model, walker_.stay.state, draws);
+  walker_.stay.log_prior = target_.model->log_prior(walker_.stay.state);
+  CHECK(walker_.stay.log_prior != kImpossible);
+  walker_.stay.score.measures.assign(target_.measure_names.size(), kAbsent);
   simulate_first(simulator, walker_);
   noted_.stay = walker_.stay;
   noted_.stay.weight = 0;

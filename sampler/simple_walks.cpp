@@ -6,11 +6,8 @@
 namespace retake {
 
 void Metropolis::start(Simulator& simulator) {
-  // Line 1 of the paper's algorithm: the initial State is a draw from the prior; or where the guide begins.
-  if (target_.scored_kernels)
-    begin_by(*target_.guide);
-  else
-    Walk::start(simulator);
+  // Line 1 of the paper's algorithm: the initial State is a draw from the prior.
+  Walk::start(simulator);
   simulate_first(simulator, walker_);
 }
 

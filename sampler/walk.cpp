@@ -92,14 +92,6 @@ void Walk::draw_first(Walker& walker, std::size_t replica) {
   walker.stay.score.measures.assign(target_.measure_names.size(), kAbsent);
 }
 
-void Walk::begin_by(const Guide& guide) {
-  RandomStream draws = random(Purpose::initial);
-  guide.begin(*target_.model, walker_.stay.state, draws);
-  walker_.stay.log_prior = target_.model->log_prior(walker_.stay.state);
-  CHECK(walker_.stay.log_prior != kImpossible);
-  walker_.stay.score.measures.assign(target_.measure_names.size(), kAbsent);
-}
-
 void Walk::simulate_first(Simulator& simulator, Walker& walker) {
   candidate_ = walker.stay.state;
   candidate_log_prior_ = walker.stay.log_prior;

@@ -59,8 +59,6 @@ class Walk {
   RandomStream random(Purpose purpose, std::size_t replica = 0) const;
   /// Draws the first State of a walker from the prior, within its support.
   void draw_first(Walker& walker, std::size_t replica);
-  /// The walker starts where a guide begins.
-  void begin_by(const Guide& guide);
   /// Simulates the State on which a walker stands, to its end.
   void simulate_first(Simulator& simulator, Walker& walker);
   /// A step of Metropolis and Hastings. True if the walker moved to another State; an accepted candidate

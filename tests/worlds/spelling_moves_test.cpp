@@ -220,7 +220,7 @@ TEST(SpellingDrops, HaveTheDensityThatTheyAreDrawnBy) {
   std::vector<double> drawn(8, 0), expected(8, 0);
   for (int i = 0; i < kDraws; ++i)
     ++drawn[std::min<std::size_t>(7, static_cast<std::size_t>(table.draw(random).norm() / kRing))];
-  constexpr int kFine = 640;
+  constexpr int kFine = 16 * spelling::kTableSide;
   constexpr double kSide = spelling::kTableSide * spelling::kTableCell, kStep = kSide / kFine;
   double total = 0;
   for (int i = 0; i < kFine; ++i)
