@@ -59,8 +59,8 @@ std::vector<Walk> walks() {
       {"bowling_conditional", pins_document({10}, {10}),
        json::parse(R"({"seed":17,"method":"conditional","stop":{"iterations":1500}})")},
       // And this one while it builds, burns in, samples and walks a soft stretch.
-      {"spelling_conditional", word_document("HI"),
-       json::parse(R"({"seed":18,"method":"conditional","stop":{"iterations":3000}})")}};
+      {"spelling_conditional", word_document("I"),
+       json::parse(R"({"seed":18,"method":"conditional","stop":{"iterations":1500}})")}};
 }
 
 /// Runs a walk on a daemon of its own, nothing disturbing it.
