@@ -41,7 +41,7 @@ class Model {
  public:
   /// `in_support` refuses states that no single prior can refuse (a ball that starts inside the lane).
   /// Requires: a governing switch is an on_off Variable without a switch of its own and stands before what it
-  /// governs; an override has no switch and is none.
+  /// governs; overrides have no switch, are none, and stand after everything else.
   explicit Model(std::vector<Variable> variables, std::function<bool(const State&)> in_support = {});
 
   const std::vector<Variable>& variables() const { return variables_; }

@@ -153,6 +153,48 @@ TEST(DiceThrow, ChainsAreTheSameWithEarlyRejectionAndWithout) {
     ASSERT_TRUE(identical(with[i], without[i])) << i;
 }
 
+/// Each hit costs one in log density.
+class FewHits final : public Term {
+ public:
+  TermScore score(const Animation& animation, std::span<double>) const override {
+    return {.log_density = upper_bound(animation), .satisfied = true};
+  }
+  double upper_bound(const Animation& so_far) const override {
+    return -static_cast<double>(so_far.events.size());
+  }
+};
+
+TEST(DiceThrow, StopsWhereTheBoundFallsToWhatIsNeeded) {
+  const DiceTable table({.dice = 2});
+  const auto model = std::make_shared<const dice::DiceModel>(table.model);
+  const auto throws = dice::make_throws(model, {}, die_shape());
+  Terms terms;
+  terms.push_back(std::make_unique<const FewHits>());
+  std::vector<double> measures(dice::throw_measures(2).size());
+  Animation animation, resumed;
+  const auto run = throws->make_run();
+  for (std::uint64_t i = 0; i < 10; ++i) {
+    const State state = table.draw(361, i);
+    const SimulationOutcome whole = throws->simulate(state, {.record = run.get()}, animation, measures);
+    ASSERT_EQ(whole.end, SimulationEnd::complete);
+    const auto hits = static_cast<double>(animation.events.size());
+    const auto end = [&](double needed, const retake::Run* record) {
+      return throws->simulate(
+          state, {.terms = terms, .needed = needed, .current_state = &state, .current_run = record}, resumed,
+          measures);
+    };
+    for (const retake::Run* record :
+         {static_cast<const retake::Run*>(nullptr), static_cast<const retake::Run*>(run.get())}) {
+      EXPECT_EQ(end(-hits - 0.5, record).end, SimulationEnd::complete);
+      EXPECT_EQ(resumed.events.size(), animation.events.size());
+      EXPECT_EQ(end(-hits, record).end, SimulationEnd::stopped);
+      EXPECT_EQ(end(-3, record).end, SimulationEnd::stopped);
+      EXPECT_EQ(end(0, record).simulated_seconds, 0) << "hopeless from the start";
+    }
+    EXPECT_LT(end(-3, nullptr).simulated_seconds, 0.8 * whole.simulated_seconds);
+  }
+}
+
 // --- Animations ----------------------------------------------------------------------------------------
 
 /// The height of a mesh over a place, from the triangle around it; NaN beside the mesh. Counts only what

@@ -18,12 +18,12 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // All chosen.
-constexpr double kMargin = 0.03;      // [m] of the table around where dice go
-constexpr int kFinesse = 3;           // parts of a cell's side
-constexpr double kPrecision = 1e-6;   // [m] to which the table's mesh is rounded, so that it packs well
-constexpr double kPipRadius = 0.095;  // of the side
-constexpr double kPipSpacing = 0.25;  // of the side
-constexpr double kPaint = 0.00003;    // [m] by which pips lie above their face
+constexpr double kMargin = 0.025;       // [m] of the table around where the centres of dice go
+constexpr int kFinesse = 3;             // parts of a cell's side
+constexpr double kPrecision = 0x1p-16;  // [m] to which the table is rounded: 15 micrometres, which packs well
+constexpr double kPipRadius = 0.095;    // of the side
+constexpr double kPipSpacing = 0.25;    // of the side
+constexpr double kPaint = 0.00003;      // [m] by which pips lie above their face
 constexpr int kPipCorners = 16;
 constexpr int kRoundingParts = 4;  // of the eighth of a circle that each face has of an edge
 

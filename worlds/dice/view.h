@@ -12,7 +12,7 @@
 namespace retake::dice {
 
 /// Fills in the bodies: the dice, the table, and the pips of each die. `states` says where the dice went, in
-/// the grid's frame: the table is shown there and 3 cm around.
+/// the grid's frame: the table is shown there and 2.5 cm around.
 void write_scene(const DieShape& shape, const DiceThrow& thrown, const std::vector<DieState>& states,
                  Table& table, Animation& animation);
 
