@@ -70,7 +70,7 @@ class Throws final : public Physics {
     measure(roll, arrival.touches, measures);
     for (std::size_t i = 0; i < settings_.rack.size(); ++i) {
       Track& track = animation.tracks[kFirstPinTrack + i];
-      if (!track.toppled && arrival.touches) track.rest = deck_.pose(1 + i);
+      if (!track.fell && arrival.touches) track.rest = deck_.pose(1 + i);
     }
     if (recording.frames) record_rest(roll, release.ball, seconds(arrival.start), animation);
     return outcome;
@@ -116,11 +116,12 @@ class Throws final : public Physics {
       Track& track = animation.tracks[kFirstPinTrack + i];
       track.start = {.position = pin_spot(settings_.rack[i]) + release.offsets[i] + Vector3d(0, height, 0)};
       track.rest = track.start;
-      track.toppled = false;
+      track.name = pin_name(settings_.rack[i]);
+      track.fell.reset();
     }
-    animation.tracks[0].start = {.position = release.motion.position};
-    animation.tracks[0].rest = animation.tracks[0].start;
-    animation.tracks[0].toppled = false;
+    Track& ball = animation.tracks[0];
+    ball.name = kBallName;
+    ball.start = ball.rest = {.position = release.motion.position};
   }
 
   /// Steps until the outcome is decided, or can no longer be what is needed.
@@ -136,9 +137,10 @@ class Throws final : public Physics {
       if (recording.frames) record_frame();
       if (static_cast<std::size_t>(deck_.down_count()) > fallen_.size()) {
         for (std::size_t i = 0; i < settings_.rack.size(); ++i) {
-          bool& toppled = animation.tracks[kFirstPinTrack + i].toppled;
-          if (deck_.is_down(i) && !toppled) fallen_.push_back(settings_.rack[i]);
-          toppled = deck_.is_down(i);
+          auto& fell = animation.tracks[kFirstPinTrack + i].fell;
+          if (!deck_.is_down(i) || fell) continue;
+          fallen_.push_back(settings_.rack[i]);
+          fell = deck_.time();
         }
         double bound = 0;
         for (const auto& term : recording.terms)
@@ -249,7 +251,7 @@ class Throws final : public Physics {
         track.positions.col(frame) = pose.position;
         track.rotations.col(frame) = before = turn;
       }
-      if (body == 0 || track.toppled) {
+      if (body == 0 || track.fell) {
         track.rest.position = track.positions.rightCols<1>();
         track.rest.rotation = Eigen::Quaterniond(before);
       }
