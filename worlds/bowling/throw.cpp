@@ -72,7 +72,12 @@ class Throws final : public Physics {
       Track& track = animation.tracks[kFirstPinTrack + i];
       if (!track.fell && arrival.touches) track.rest = deck_.pose(1 + i);
     }
-    if (recording.frames) record_rest(roll, release.ball, seconds(arrival.start), animation);
+    if (!recording.frames) return outcome;
+    if (is_decided_against(recording, animation)) {
+      outcome.end = SimulationEnd::stopped;
+      return outcome;
+    }
+    record_rest(roll, release.ball, seconds(arrival.start), animation);
     return outcome;
   }
 
@@ -151,6 +156,17 @@ class Throws final : public Physics {
     // What has fallen has to stay so: bounds rely on it, and so does whoever watches.
     if (deck_.stands_again()) return ended(SimulationEnd::failed);
     return ended(SimulationEnd::complete);
+  }
+
+  /// Whether the decided outcome rules out what is needed, however it is played to rest: terms that read no
+  /// frames have their last word.
+  static bool is_decided_against(const Recording& recording, const Animation& decided) {
+    double bound = 0;
+    for (const auto& term : recording.terms) {
+      std::vector<double> measures(term->measures().size());
+      bound += term->reads_frames() ? term->upper_bound(decided) : term->score(decided, measures).log_density;
+    }
+    return bound <= recording.needed;
   }
 
   void measure(const Roll& roll, bool touches, std::span<double> measures) const {
