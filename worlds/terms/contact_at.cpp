@@ -152,15 +152,6 @@ std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term,
                            .fewest = static_cast<std::size_t>(term.integer("contacts"))});
 }
 
-Parameter partner_field(std::string name, std::string summary) {
-  return {.name = std::move(name),
-          .kind = Parameter::Kind::text,
-          .default_value = kAnyBody,
-          .longest = 64,
-          .summary = std::move(summary),
-          .source = "every contact counts"};
-}
-
 }  // namespace
 
 TermKind contact_at_term(const Setting& setting) {

@@ -7,7 +7,7 @@ namespace retake::terms {
 
 Parameter body_field(const Setting& setting, std::string summary) {
   Parameter field{
-      .name = "body", .kind = Parameter::Kind::text, .longest = 64, .summary = std::move(summary)};
+      .name = "body", .kind = Parameter::Kind::text, .longest = kLongestName, .summary = std::move(summary)};
   if (!setting.only_body.empty()) {
     field.default_value = setting.only_body;
     field.source = "the only one, unless the model has more";
@@ -26,6 +26,15 @@ std::function<void(nlohmann::json&, const Parameters&, std::string_view, std::ve
     else if (!setting.only_body.empty())
       faults.push_back({append_pointer(pointer, "body"), "is required where there are several"});
   };
+}
+
+Parameter partner_field(std::string name, std::string summary) {
+  return {.name = std::move(name),
+          .kind = Parameter::Kind::text,
+          .default_value = kAnyBody,
+          .longest = kLongestName,
+          .summary = std::move(summary),
+          .source = "every contact counts"};
 }
 
 Parameter number_field(std::string name, double low, double high, std::string unit, std::string summary) {

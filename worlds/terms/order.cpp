@@ -137,13 +137,11 @@ std::shared_ptr<const ParameterTable> event_fields() {
        .kind = Parameter::Kind::choice,
        .choices = {"contact", "rest", "fall"},
        .summary = "What happens: the body's first contact, that it comes to rest, or that it falls over"},
-      {.name = "body", .kind = Parameter::Kind::text, .longest = 64, .summary = "To what body it happens"},
-      {.name = "with",
+      {.name = "body",
        .kind = Parameter::Kind::text,
-       .default_value = kAnyBody,
-       .longest = 64,
-       .summary = "Of a contact: with which body, or any",
-       .source = "every contact counts"}});
+       .longest = kLongestName,
+       .summary = "To what body it happens"},
+      partner_field("with", "Of a contact: with which body, or any")});
 }
 
 }  // namespace
