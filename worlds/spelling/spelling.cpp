@@ -98,9 +98,14 @@ class SpellingScene final : public Scene {
 
   std::shared_ptr<const Model> model() const override { return marbles_->model(); }
   KernelTable kernels(Ratios ratios) const override { return marbles_->kernels(ratios); }
-  /// To the word, if there is one wish.
+  /// To the word, if there is one, whatever else is wished.
   std::shared_ptr<const Guide> guide(const Terms& wishes) const override {
-    const auto* wish = wishes.size() == 1 ? dynamic_cast<const Wish*>(wishes[0].get()) : nullptr;
+    const Wish* wish = nullptr;
+    for (const auto& term : wishes)
+      if (const auto* word = dynamic_cast<const Wish*>(term.get())) {
+        if (wish) return nullptr;
+        wish = word;
+      }
     if (!wish) return nullptr;
     return make_guide(*box_, marbles_, wish->pattern(), kFirstBinMeasure);
   }
