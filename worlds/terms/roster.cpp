@@ -8,7 +8,7 @@
 namespace retake::terms {
 namespace {
 
-constexpr std::size_t kMostNamed = 12;  // in a message, chosen: two lines
+constexpr std::size_t kMostNamed = 20;  // in a message, chosen: all of a lane
 
 std::string there_is_no(const std::string& name, std::vector<std::string> names) {
   const std::size_t more = names.size() > kMostNamed ? names.size() - kMostNamed : 0;
@@ -55,8 +55,8 @@ Partner Partner::read(const Roster& roster, const std::string& name, const std::
   } else if (still != roster.still.end()) {
     partner.still_ = static_cast<std::size_t>(still - roster.still.begin());
   } else {
-    names.insert(names.begin(), roster.still.begin(), roster.still.end());
     names.insert(names.begin(), kAnyBody);
+    names.insert(names.end(), roster.still.begin(), roster.still.end());
     faults.push_back({pointer, there_is_no(name, std::move(names))});
   }
   return partner;
