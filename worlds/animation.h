@@ -69,7 +69,7 @@ struct ContactEvent {
 };
 
 /// Reused by simulators: a simulation that is only scored writes the rests but neither frames nor bodies, and
-/// events only if it pleases. While it is under way an Animation holds what is known so far: the tracks with
+/// may leave out the events. While it is under way an Animation holds what is known so far: the tracks with
 /// their starts; rests and falls as they happen, in order of time; and with frames, which then are those so
 /// far, every event up to the last of them.
 struct Animation {
