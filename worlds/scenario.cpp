@@ -117,8 +117,8 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
       json term = (*given)[i];
       const TermKind* kind = read_kind(*world, term, pointer, faults);
       if (!kind) continue;
-      if (kind->fit && model_is_sound) kind->fit(term, model, pointer, faults);
       const std::size_t term_faults_before = faults.size();
+      if (kind->fit && model_is_sound) kind->fit(term, model, pointer, faults);
       const Parameters parameters = kind->parameters.read(term, pointer, faults, {"kind"});
       if (model_is_sound && faults.size() == term_faults_before)
         scenario->terms_.push_back(kind->make(parameters, model, pointer, faults));

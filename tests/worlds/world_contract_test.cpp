@@ -53,20 +53,27 @@ INSTANTIATE_TEST_SUITE_P(All, WorldContract, ::testing::ValuesIn(worlds()), name
 
 // --- Documents -----------------------------------------------------------------------------------
 
-/// The type of a field that is no object, with what the type needs.
+void expect_schema_is_complete(const json& schema, const std::string& where);
+
+/// The type of a field, with what the type needs.
 void expect_type_is_complete(const json& property, const std::string& where) {
   const std::string type = property.at("type");
-  if (type == "array" && property.at("items").at("type") == "string") {
-    EXPECT_GT(property.at("items").at("maxLength"), 0) << where;
-    EXPECT_GT(property.at("maxItems"), 0) << where;
-  } else if (type == "array") {
+  if (type == "array" && property.contains("uniqueItems")) {
     EXPECT_EQ(property.at("uniqueItems"), true) << where;
     EXPECT_GE(property.at("minItems"), 0) << where;
     EXPECT_EQ(property.at("items").at("type"), "integer") << where;
     EXPECT_TRUE(property.at("items").contains("minimum") && property.at("items").contains("maximum"))
         << where;
+  } else if (type == "array") {
+    EXPECT_GT(property.at("maxItems"), 0) << where;
+    expect_type_is_complete(property.at("items"), where + "/items");
+  } else if (type == "object") {
+    expect_schema_is_complete(property, where + "/");
   } else if (type == "string") {
     EXPECT_NE(property.contains("enum"), property.contains("maxLength")) << where;
+    if (property.contains("maxLength")) {
+      EXPECT_GT(property.at("maxLength"), 0) << where;
+    }
   } else {
     EXPECT_TRUE(type == "number" || type == "integer" || type == "boolean") << where << ": " << type;
   }
@@ -355,6 +362,11 @@ TEST_P(WorldContract, ExamplesAreSatisfiedByTheirDefaultMethod) {
 void expect_consistent(const Animation& animation) {
   ASSERT_GE(animation.frames, 1u);
   ASSERT_GT(animation.rate, 0);
+  ASSERT_GE(animation.bodies.size(), animation.tracks.size());
+  for (std::size_t track = 0; track < animation.tracks.size(); ++track) {
+    EXPECT_EQ(animation.bodies[track].track, track) << "the bodies of the tracks come first";
+    EXPECT_EQ(animation.bodies[track].name, animation.tracks[track].name);
+  }
   std::vector<int> followers(animation.tracks.size(), 0);
   for (const Body& body : animation.bodies) {
     EXPECT_FALSE(body.name.empty());

@@ -8,6 +8,7 @@
 #include "worlds/dice/throw.h"
 #include "worlds/dice/total.h"
 #include "worlds/dice/view.h"
+#include "worlds/terms/terms.h"
 
 namespace retake::dice {
 namespace {
@@ -217,6 +218,21 @@ json example(const char* title, int dice, int sum) {
           {"constraints", {{{"kind", "total"}, {"sum", sum}}}}};
 }
 
+std::vector<TermKind> make_term_kinds() {
+  const terms::Setting setting{
+      .roster =
+          [](const Parameters& model) { return roster(static_cast<std::size_t>(model.integer("dice"))); },
+      .only_body = die_name(0),
+      .length = 0.004,
+      .speed = 0.1,
+      .source = "chosen: a quarter of a die's side, and a quarter of the speed with which it is thrown",
+      .mark_height = 0.0035};  // as high as the table's bumps
+  std::vector<TermKind> kinds = {total_term(), terms::face_up_term(setting)};
+  const std::vector<TermKind> general = terms::general_terms(setting);
+  kinds.insert(kinds.end(), general.begin(), general.end());
+  return kinds;
+}
+
 class DiceWorld final : public World {
  public:
   std::string_view name() const override { return "dice"; }
@@ -228,7 +244,7 @@ class DiceWorld final : public World {
   Savings savings() const override { return {.stops_early = true, .resumes = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }
   const std::vector<TermKind>& term_kinds() const override {
-    static const std::vector<TermKind> kinds = {total_term()};
+    static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
   std::optional<Viewpoint> viewpoint(const Animation& shown) const override { return throw_viewpoint(shown); }

@@ -23,7 +23,10 @@ enum DieMeasure : std::size_t { kTopFace, kRestX, kRestZ, kDieMeasures };
 class Throws final : public Physics {
  public:
   Throws(std::shared_ptr<const DiceModel> model, const EngineSettings& engine, const DieShape& shape)
-      : model_(std::move(model)), tumbler_(engine, shape, model_->settings().table) {}
+      : model_(std::move(model)), tumbler_(engine, shape, model_->settings().table) {
+    for (std::size_t die = 0; die < model_->settings().dice; ++die)
+      names_.push_back(die_name(die));
+  }
 
   std::unique_ptr<retake::Run> make_run() const override { return std::make_unique<Tumble>(); }
 
@@ -80,7 +83,8 @@ class Throws final : public Physics {
       Track& track = animation.tracks[die];
       track.start = placed(die, throw_.scene.dice[die].state);
       track.rest = track.start;
-      track.toppled = false;
+      track.name = names_[die];
+      track.fell.reset();
       track.settled.reset();
     }
   }
@@ -172,6 +176,7 @@ class Throws final : public Physics {
 
   std::shared_ptr<const DiceModel> model_;
   Tumbler tumbler_;
+  std::vector<std::string> names_;  ///< of the dice
   // The throw under way.
   DiceThrow throw_;
   Tumble run_;  ///< of throws that nobody else records

@@ -160,6 +160,20 @@ Mesh table_mesh(const std::vector<DieState>& states, const Placement& placement,
 
 }  // namespace
 
+std::string die_name(std::size_t die) {
+  return "die_" + std::to_string(die + 1);
+}
+
+terms::Roster roster(std::size_t dice) {
+  std::vector<terms::Face> faces;
+  for (int pips = 1; pips <= 6; ++pips)
+    faces.push_back({.number = pips, .normal = face_normal(pips)});
+  terms::Roster roster{.movers = {}, .still = {"table"}};
+  for (std::size_t die = 0; die < dice; ++die)
+    roster.movers.push_back({.name = die_name(die), .faces = faces, .tells_rest = true});
+  return roster;
+}
+
 void write_scene(const DieShape& shape, const DiceThrow& thrown, const std::vector<DieState>& states,
                  Table& table, Animation& animation) {
   std::vector<Body>& bodies = animation.bodies;
@@ -167,7 +181,7 @@ void write_scene(const DieShape& shape, const DiceThrow& thrown, const std::vect
   const std::size_t dice = thrown.scene.dice.size();
   for (std::size_t die = 0; die < dice; ++die)
     bodies.push_back(
-        {.name = "die_" + std::to_string(die + 1),
+        {.name = die_name(die),
          .shape = rounded_box(painted(shape.half_extents(), thrown.paint[die]), shape.rounding()),
          .colour = kColours[die % kColours.size()],
          .track = die});

@@ -3,13 +3,22 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "worlds/animation.h"
 #include "worlds/dice/dice_model.h"
+#include "worlds/terms/roster.h"
 #include "worlds/world.h"
 
 namespace retake::dice {
+
+/// What a constraint can name: so many dice with their faces, each of which tells when it comes to rest, and
+/// the table.
+terms::Roster roster(std::size_t dice);
+
+/// Of the die with an index from 0 on; names count from 1.
+std::string die_name(std::size_t die);
 
 /// Fills in the bodies: the dice, the table, and the pips of each die. `states` says where the dice went, in
 /// the grid's frame: the table is shown there and 2.5 cm around.
