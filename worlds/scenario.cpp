@@ -149,6 +149,7 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
     target.least_satisfied += term->least_when_satisfied();
   }
   target.guide = scenario->scene_->guide(scenario->terms_);
+  target.placed = scenario->scene_->placed(scenario->terms_);
   for (const Measure& measure : scenario->measures_)
     target.measure_names.push_back(measure.name);
   if (target.guide && !target.guide->soft_kernels().rows().empty())

@@ -1,13 +1,17 @@
 // See dice.h. The tables here are meant to be read beside section 5.4 of the paper.
 #include "worlds/dice/dice.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
 #include "worlds/dice/dice_model.h"
+#include "worlds/dice/symmetry.h"
 #include "worlds/dice/throw.h"
 #include "worlds/dice/total.h"
 #include "worlds/dice/view.h"
+#include "worlds/terms/face_up.h"
+#include "worlds/terms/rest_position.h"
 #include "worlds/terms/terms.h"
 
 namespace retake::dice {
@@ -186,6 +190,29 @@ DiceSettings settings_of(const Parameters& model) {
           .interval = model.number("interval")};
 }
 
+/// The first of each kind; what else is wished is weighed once the die is placed.
+EndWish end_wish(const Terms& wishes) {
+  EndWish wish;
+  for (const auto& term : wishes) {
+    const auto* rests = dynamic_cast<const terms::RestPosition*>(term.get());
+    const auto* shows = dynamic_cast<const terms::FaceUp*>(term.get());
+    if (rests && !wish.place)
+      wish.place = {.x = rests->place().x, .z = rests->place().z, .radius = rests->place().tolerance};
+    if (shows && !wish.face) wish.face = shows->face();
+  }
+  return wish;
+}
+
+EndMeasures end_measures() {
+  const std::vector<Measure> measures = throw_measures(1);
+  const auto index_of = [&](const char* name) {
+    const auto found = std::find_if(measures.begin(), measures.end(),
+                                    [&](const Measure& measure) { return measure.name == name; });
+    return static_cast<std::size_t>(found - measures.begin());
+  };
+  return {.top_face = index_of("top_face"), .rest_x = index_of("rest_x"), .rest_z = index_of("rest_z")};
+}
+
 class DiceScene final : public Scene {
  public:
   explicit DiceScene(const Parameters& parameters)
@@ -202,6 +229,13 @@ class DiceScene final : public Scene {
         coordinates.push_back({.variable = model_->velocity_x(die) + component});
     return coordinates;
   }
+  /// One die on a grid of random pose can be put anywhere.
+  std::shared_ptr<const PlacedRedraw> placed(const Terms& wishes) const override {
+    if (model_->settings().dice > 1 || model_->settings().pose != GridPose::random) return nullptr;
+    const EndWish wish = end_wish(wishes);
+    if (!wish.place && !wish.face) return nullptr;
+    return std::make_shared<const Symmetry>(model_, wish, end_measures());
+  }
   std::vector<Measure> measures() const override { return throw_measures(model_->settings().dice); }
   std::unique_ptr<Physics> make_physics() const override { return make_throws(model_, engine_, shape_); }
 
@@ -216,6 +250,14 @@ json example(const char* title, int dice, int sum) {
           {"title", title},
           {"model", {{"dice", dice}}},
           {"constraints", {{{"kind", "total"}, {"sum", sum}}}}};
+}
+
+json spot_example() {
+  return {{"world", "dice"},
+          {"title", "A six within a millimetre"},
+          {"constraints",
+           {{{"kind", "rest_position"}, {"x", 0.12}, {"z", 0.03}, {"sd", 0.001}, {"tolerance", 0.001}},
+            {{"kind", "face_up"}, {"face", 6}}}}};
 }
 
 std::vector<TermKind> make_term_kinds() {
@@ -249,7 +291,7 @@ class DiceWorld final : public World {
   }
   std::optional<Viewpoint> viewpoint(const Animation& shown) const override { return throw_viewpoint(shown); }
   std::vector<json> examples() const override {
-    return {example("A die that shows six", 1, 6), example("Two dice that show seven", 2, 7)};
+    return {spot_example(), example("A die that shows six", 1, 6), example("Two dice that show seven", 2, 7)};
   }
   std::shared_ptr<const Scene> make_scene(const Parameters& model,
                                           std::vector<Fault>& faults) const override {
