@@ -95,12 +95,11 @@ Mesh rounded_box(const Vector3d& half_extents, double rounding) {
 constexpr std::array<std::array<double, 2>, 6> kPips = {
     {{-1, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, 0}, {1, 0}}};
 
-std::vector<Vector2d> pip_places(int count) {
-  std::vector<Vector2d> places;
-  if (count % 2 == 1) places.emplace_back(0, 0);
-  for (int i = 0; i < count / 2 * 2; ++i)
-    places.emplace_back(kPips[static_cast<std::size_t>(i)][0], kPips[static_cast<std::size_t>(i)][1]);
-  return places;
+Vector2d pip_place(int pip, int count) {
+  const int of_pairs = pip - count % 2;
+  if (of_pairs < 0) return Vector2d::Zero();
+  const auto& [across, along] = kPips[static_cast<std::size_t>(of_pairs)];
+  return {across, along};
 }
 
 Mesh pips(const Vector3d& half_extents) {
@@ -110,7 +109,8 @@ Mesh pips(const Vector3d& half_extents) {
     const Vector3d normal = face_normal(face);
     const Vector3d across = face_normal(face % 3 + 1), along = normal.cross(across);
     const Vector3d middle = normal * (std::abs(normal.dot(half_extents)) + kPaint);
-    for (const Vector2d& place : pip_places(face)) {
+    for (int pip = 0; pip < face; ++pip) {
+      const Vector2d place = pip_place(pip, face);
       const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
       const Vector3d centre = middle + kPipSpacing * side * (place.x() * across + place.y() * along);
       for (int i = 0; i < kPipCorners; ++i) {
@@ -168,9 +168,14 @@ terms::Roster roster(std::size_t dice) {
   std::vector<terms::Face> faces;
   for (int pips = 1; pips <= 6; ++pips)
     faces.push_back({.number = pips, .normal = face_normal(pips)});
-  terms::Roster roster{.movers = {}, .still = {"table"}};
-  for (std::size_t die = 0; die < dice; ++die)
-    roster.movers.push_back({.name = die_name(die), .faces = faces, .tells_rest = true});
+  terms::Roster roster;
+  roster.still.emplace_back("table");
+  for (std::size_t die = 0; die < dice; ++die) {
+    terms::Roster::Mover& mover = roster.movers.emplace_back();
+    mover.name = die_name(die);
+    mover.faces = faces;
+    mover.tells_rest = true;
+  }
   return roster;
 }
 
