@@ -15,6 +15,7 @@ constexpr double kLargestCount = 1e12;  // far from any that a bound allows
 Placed::Placed(const Target& target, const ChainSettings& settings, ChainCounts& counts)
     : Walk(target, settings, counts) {
   counts_.odds.basis = OddsBasis::learned;
+  drawn_.stay.score.measures.assign(target_.measure_names.size(), kAbsent);
 }
 
 bool Placed::step(Simulator& simulator) {

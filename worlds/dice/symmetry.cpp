@@ -41,18 +41,18 @@ Vector2d mirror(const Vector2d& displacement, bool mirrored) {
 /// The same horizontal speed, bit for bit, in another direction: then nothing of the motion changes. What
 /// rounding makes of it is put right in the last places.
 Vector2d velocity_of(double speed, const Vector2d& direction) {
-  const auto nudged = [](double value, int ulps) {
-    for (; ulps != 0; ulps += ulps > 0 ? -1 : 1)
-      value = std::nextafter(value, ulps > 0 ? std::numeric_limits<double>::infinity()
-                                             : -std::numeric_limits<double>::infinity());
-    return value;
+  constexpr int kReach = 16;  // chosen: few directions need half as many
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  // Steps that move the square of the speed by a quarter of its last place, if they can.
+  const auto step = [&](double value) {
+    const double least = kEpsilon * std::abs(value), most = 1e-12 * speed;
+    return std::clamp(kEpsilon * speed * speed / (8 * std::abs(value)), least, std::max(least, most));
   };
-  constexpr int kReach = 4;  // units in the last place; chosen: few directions need as many
-  const Vector2d plain = speed * direction;
+  const Vector2d plain = speed * direction, steps(step(plain.x()), step(plain.y()));
   for (int reach = 0; reach <= kReach; ++reach)
     for (int i = -reach; i <= reach; ++i)
       for (int j = -reach; j <= reach; ++j) {
-        const Vector2d velocity(nudged(plain.x(), i), nudged(plain.y(), j));
+        const Vector2d velocity(plain.x() + i * steps.x(), plain.y() + j * steps.y());
         if (std::sqrt(velocity.x() * velocity.x() + velocity.y() * velocity.y()) == speed) return velocity;
       }
   return plain;  // simulated anew, then
