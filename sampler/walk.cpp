@@ -172,7 +172,7 @@ void Walk::accept(KernelCounter& counter, Walker& walker) {
   move_to_candidate(walker);
 }
 
-bool Walk::simulate_candidate(Simulator& simulator, const Walker* walker, double needed) {
+bool Walk::simulate_candidate(Simulator& simulator, const Walker* walker, double needed, Watch* watch) {
   if (!candidate_run_ && resumes_) {
     candidate_run_ = simulator.make_run();
     resumes_ = candidate_run_ != nullptr;
@@ -180,7 +180,8 @@ bool Walk::simulate_candidate(Simulator& simulator, const Walker* walker, double
   SimulationRequest request{.needed = settings_.early_rejection ? needed : kImpossible,
                             .current_state = nullptr,
                             .current_run = nullptr,
-                            .record = candidate_run_.get()};
+                            .record = candidate_run_.get(),
+                            .watch = watch};
   if (walker && walker->run) {
     request.current_state = &walker->stay.state;
     request.current_run = walker->run.get();

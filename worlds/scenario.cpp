@@ -177,7 +177,8 @@ SimulationOutcome Scenario::Performer::simulate(const State& candidate, const Si
                             .needed = request.needed,
                             .current_state = request.current_state,
                             .current_run = request.current_run,
-                            .record = request.record};
+                            .record = request.record,
+                            .watch = request.watch};
   const SimulationOutcome outcome =
       physics_->simulate(candidate, recording, scored_, std::span(score.measures).first(physics_measures_));
   if (outcome.end == SimulationEnd::complete) score_terms(scored_, score);

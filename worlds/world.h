@@ -31,6 +31,7 @@ struct Recording {
   const State* current_state = nullptr;                      ///< see SimulationRequest
   const Run* current_run = nullptr;
   Run* record = nullptr;
+  Watch* watch = nullptr;  ///< see SimulationRequest; worlds without checkpoints do not ask
 };
 
 /// The physics of one scene for one thread; see the contract of Simulator.

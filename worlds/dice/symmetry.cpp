@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sampler/check.h"
+#include "worlds/dice/throw.h"
 
 namespace retake::dice {
 namespace {
@@ -98,6 +99,38 @@ Symmetry::Symmetry(std::shared_ptr<const DiceModel> model, const EndWish& wish, 
   CHECK(model_->settings().dice == 1 && model_->settings().pose == GridPose::random);
   if (wish_.place) most_log_weight_ += most_log_weight_of_place();
   if (wish_.face && model_->settings().random_paint) most_log_weight_ -= std::log(6);
+}
+
+namespace {
+
+// Bins of the roulette, as the study found them to be of use.
+constexpr std::size_t kRadialBins = 16, kAngularBins = 8, kSpeedBins = 4;
+constexpr double kRadialBin = 0.01, kAngularBin = 0.12, kSpeedBin = 0.08;  // [m], [rad], [m/s]
+
+std::size_t bin_of(double value, double width, std::size_t bins) {
+  return static_cast<std::size_t>(std::min(std::max(value, 0.0) / width, static_cast<double>(bins - 1)));
+}
+
+}  // namespace
+
+std::size_t Symmetry::checkpoints() const {
+  return wish_.place ? look_times(model_->settings()).size() : 0;
+}
+
+std::size_t Symmetry::bins() const {
+  return kRadialBins * kAngularBins * kSpeedBins;
+}
+
+std::size_t Symmetry::bin(std::span<const double> features) const {
+  // How far it will miss: of the distance, and of the direction, the better one of the throw and its mirror
+  // image.
+  const Vector2d rest(features[0], features[1]), target(wish_.place->x, wish_.place->z);
+  const double wanted = std::atan2(target.y(), target.x());
+  const double across = std::abs(std::abs(std::atan2(rest.y(), rest.x())) - std::abs(wanted));
+  const std::size_t radial =
+      bin_of(rest.norm() - target.norm() + kRadialBin * kRadialBins / 2, kRadialBin, kRadialBins);
+  const std::size_t angular = bin_of(across, kAngularBin, kAngularBins);
+  return (radial * kAngularBins + angular) * kSpeedBins + bin_of(features[2], kSpeedBin, kSpeedBins);
 }
 
 double Symmetry::concentration(double speed) const {

@@ -32,6 +32,9 @@ class Symmetry final : public PlacedRedraw {
   Symmetry(std::shared_ptr<const DiceModel> model, const EndWish& wish, const EndMeasures& measures);
 
   double place(const State& drawn, const Score& score, State& candidate, RandomStream& random) const override;
+  std::size_t checkpoints() const override;
+  std::size_t bins() const override;
+  std::size_t bin(std::span<const double> features) const override;
   /// Over throws up to five deviations faster than the mean.
   double most_log_weight() const override { return most_log_weight_; }
 

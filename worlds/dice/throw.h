@@ -3,6 +3,7 @@
 // on.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -12,6 +13,14 @@
 #include "worlds/world.h"
 
 namespace retake::dice {
+
+/// When a throw of one die is looked at, see Watch: the features are where it may come to rest, from its
+/// start along and across its heading [m], and its horizontal speed [m/s].
+struct Look {
+  double seconds;   ///< [s] from the start
+  double rolls_on;  ///< [s] times its velocity is how far it still goes, on the whole
+};
+std::array<Look, 7> look_times(const DiceSettings& settings);
 
 /// Names and kinds of what a throw of so many dice measures.
 std::vector<Measure> throw_measures(std::size_t dice);

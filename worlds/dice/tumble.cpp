@@ -47,8 +47,8 @@ std::int64_t first_difference(const TumbleScene& scene, const Tumble& record) {
 Tumbler::Tumbler(const EngineSettings& engine, const DieShape& shape, const TableSettings& table)
     : engine_(engine), shape_(shape), table_(table), step_(engine_, shape_, table_) {}
 
-TumbleOutcome Tumbler::simulate(const TumbleScene& scene, const Tumble* record, Tumble* run,
-                                const Stop& stop) {
+TumbleOutcome Tumbler::simulate(const TumbleScene& scene, const Tumble* record, Tumble* run, const Stop& stop,
+                                const Looks& looks) {
   CHECK(!scene.dice.empty() && (!record || (record != run && record->complete)));
   const std::int64_t begin = resume(scene, record, run);
   const auto ended = [&](TumbleEnd end, std::int64_t step) {
@@ -66,6 +66,7 @@ TumbleOutcome Tumbler::simulate(const TumbleScene& scene, const Tumble* record, 
   };
   if (!hits_.empty() && stop && stop(hits_)) return ended(TumbleEnd::stopped, begin);
 
+  std::size_t next_look = 0;
   for (std::int64_t step = begin;; ++step) {
     // Who takes part.
     while (dice_.size() < states_.size() && scene.dice[dice_.size()].step <= step)
@@ -82,6 +83,11 @@ TumbleOutcome Tumbler::simulate(const TumbleScene& scene, const Tumble* record, 
     if (is_out_of_bounds()) return ended(TumbleEnd::failed, step + 1);
     if (run) run->states.insert(run->states.end(), states_.begin(), states_.end());
     if (hits_.size() > hits_before && stop && stop(hits_)) return ended(TumbleEnd::stopped, step + 1);
+    while (next_look < looks.steps.size() && looks.steps[next_look] < step + 1)
+      ++next_look;
+    if (next_look < looks.steps.size() && looks.steps[next_look] == step + 1 &&
+        !looks.goes_on(next_look, states_))
+      return ended(TumbleEnd::stopped, step + 1);
   }
 }
 

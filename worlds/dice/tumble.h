@@ -52,6 +52,13 @@ struct TumbleOutcome {
   std::int64_t stepped;     ///< of these, not taken from the record
 };
 
+/// Looked at after so many steps, ascending, each with where the dice are; false stops. Steps taken from a
+/// record are not looked at.
+struct Looks {
+  std::span<const std::int64_t> steps{};
+  std::function<bool(std::size_t which, std::span<const DieState>)> goes_on{};
+};
+
 /// Thread safety: one thread at a time. Its memory is reused.
 class Tumbler {
  public:
@@ -64,7 +71,8 @@ class Tumbler {
 
   /// A pure function of `scene`: the record, if there is one, only saves steps. Fills `run` unless it is
   /// null. Requires: at least one die; the record is complete and another object than `run`.
-  TumbleOutcome simulate(const TumbleScene& scene, const Tumble* record, Tumble* run, const Stop& stop = {});
+  TumbleOutcome simulate(const TumbleScene& scene, const Tumble* record, Tumble* run, const Stop& stop = {},
+                         const Looks& looks = {});
 
   // Of the last simulation.
   std::span<const DieState> states() const { return states_; }  ///< where it ended
