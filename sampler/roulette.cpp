@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "sampler/check.h"
@@ -14,7 +13,7 @@ namespace {
 // Chosen: a cell has as many simulations more, of what its checkpoint has on the whole.
 constexpr double kSmoothing = 4;
 constexpr double kLeast = 0.02;     // chosen: nothing weighs more than 50 times what it would
-constexpr double kSureShare = 0.6;  // chosen: of the most promising, what survives for sure
+constexpr double kSureShare = 0.15; // chosen: of the most promising, what survives for sure
 
 }  // namespace
 
@@ -25,33 +24,31 @@ void Roulette::learn(const std::vector<Visit>& visits, double weight, double sec
   CHECK(!is_frozen_);
   for (const Visit& visit : visits) {
     Cell& cell = cells_.at(visit.checkpoint * bins_ + visit.bin);
-    cell.weight += weight;
+    cell.square += weight * weight;
     cell.seconds += seconds - visit.seconds;
     ++cell.count;
   }
 }
 
 void Roulette::freeze() {
-  double most = 0;
-  std::fill(survivals_.begin(), survivals_.end(), std::numeric_limits<double>::infinity());
   for (std::size_t first = 0; first < cells_.size(); first += bins_) {
     Cell all;
     for (std::size_t bin = 0; bin < bins_; ++bin) {
-      all.weight += cells_[first + bin].weight;
+      all.square += cells_[first + bin].square;
       all.seconds += cells_[first + bin].seconds;
       all.count += cells_[first + bin].count;
     }
-    if (!(all.weight > 0) || !(all.seconds > 0)) continue;  // all survive
-    for (std::size_t bin = 0; bin < bins_; ++bin) {
+    double most = 0;
+    for (std::size_t bin = 0; bin < bins_ && all.square > 0 && all.seconds > 0; ++bin) {
       const Cell& cell = cells_[first + bin];
-      const double weight = cell.weight + kSmoothing * all.weight / all.count;
+      const double square = cell.square + kSmoothing * all.square / all.count;
       const double seconds = cell.seconds + kSmoothing * all.seconds / all.count;
-      survivals_[first + bin] = std::sqrt(weight / seconds);
+      survivals_[first + bin] = std::sqrt(square / seconds);
       most = std::max(most, survivals_[first + bin]);
     }
+    for (std::size_t bin = 0; bin < bins_ && most > 0; ++bin)
+      survivals_[first + bin] = std::clamp(survivals_[first + bin] / (kSureShare * most), kLeast, 1.0);
   }
-  for (double& survival : survivals_)
-    survival = most > 0 ? std::clamp(survival / (kSureShare * most), kLeast, 1.0) : 1;
   cells_.clear();
   is_frozen_ = true;
 }
@@ -67,7 +64,7 @@ void Roulette::write(ByteWriter& out) const {
     return;
   }
   for (const Cell& cell : cells_) {
-    out.put(cell.weight);
+    out.put(cell.square);
     out.put(cell.seconds);
     out.put(cell.count);
   }
@@ -87,7 +84,7 @@ void Roulette::read(ByteReader& in) {
     return;
   }
   for (Cell& cell : cells_) {
-    cell.weight = in.get<double>();
+    cell.square = in.get<double>();
     cell.seconds = in.get<double>();
     cell.count = in.get<double>();
   }

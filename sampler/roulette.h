@@ -14,7 +14,7 @@
 namespace retake {
 
 /// How likely a simulation is to survive, by checkpoint and bin of what it looks like there: proportional to
-/// the root of expected weight over time still needed. Learned from simulations that were played to their
+/// the root of expected squared weight over time still needed. Learned from simulations that were played to their
 /// end, then frozen, so that what is counted with 1 / survival has the right mean.
 class Roulette {
  public:
@@ -38,7 +38,7 @@ class Roulette {
 
  private:
   struct Cell {
-    double weight = 0, seconds = 0, count = 0;  ///< sums; seconds still needed
+    double square = 0, seconds = 0, count = 0;  ///< sums; of squared weights, and of seconds still needed
   };
   std::size_t bins_;
   bool is_frozen_ = false;
