@@ -78,8 +78,9 @@ bool Placed::draw(RandomStream& draws, Simulator& simulator) {
   visits_.clear();
   survival_ = 1;
   Player player(*target_.placed, roulette_, draws, visits_, survival_);
+  const bool plays = target_.placed->checkpoints() > 0;
   const double seconds_before = counts_.simulated_seconds;
-  const bool is_whole = simulate_candidate(simulator, nullptr, kImpossible, &player);
+  const bool is_whole = simulate_candidate(simulator, nullptr, kImpossible, plays ? &player : nullptr);
   seconds_ = counts_.simulated_seconds - seconds_before;
   if (is_whole) move_to_candidate(drawn_);
   return is_whole;

@@ -11,6 +11,7 @@ namespace retake {
 class PlacedRedraw {
  public:
   virtual ~PlacedRedraw() = default;
+  /// Requires: whether a simulation fails does not depend on what is set.
   /// Sets Variables in `candidate`, which equals `drawn` on entry: a draw from the prior, whose animation has
   /// `score`. They are drawn from a density q that covers every value with which the candidate satisfies.
   /// Returns log p(what was set) - log q(what was set); minus infinity if no value can satisfy.

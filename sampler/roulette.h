@@ -14,8 +14,8 @@
 namespace retake {
 
 /// How likely a simulation is to survive, by checkpoint and bin of what it looks like there: proportional to
-/// the root of expected squared weight over time still needed. Learned from simulations that were played to their
-/// end, then frozen, so that what is counted with 1 / survival has the right mean.
+/// the root of expected squared weight over time still needed. Learned from simulations that were played to
+/// their end, then frozen, so that what is counted with 1 / survival has the right mean.
 class Roulette {
  public:
   /// Without checkpoints everything survives.
