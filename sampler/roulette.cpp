@@ -12,8 +12,8 @@ namespace {
 
 // Chosen: a cell has as many simulations more, of what its checkpoint has on the whole.
 constexpr double kSmoothing = 4;
-constexpr double kLeast = 0.02;      // chosen: nothing weighs more than 50 times what it would
-constexpr double kSureShare = 0.15;  // chosen: of the most promising, what survives for sure
+constexpr double kLeast = 0.02;     // chosen: nothing weighs more than 50 times what it would
+constexpr double kSureShare = 0.3;  // chosen: of the most promising, what survives for sure
 
 }  // namespace
 

@@ -104,8 +104,8 @@ Symmetry::Symmetry(std::shared_ptr<const DiceModel> model, const EndWish& wish, 
 namespace {
 
 // Bins of the roulette, as the study found them to be of use.
-constexpr std::size_t kRadialBins = 16, kAngularBins = 8, kSpeedBins = 4;
-constexpr double kRadialBin = 0.01, kAngularBin = 0.12, kSpeedBin = 0.08;  // [m], [rad], [m/s]
+constexpr std::size_t kRadialBins = 12, kAngularBins = 4, kSpeedBins = 3;
+constexpr double kRadialBin = 0.015, kAngularBin = 0.2, kSpeedBin = 0.1;  // [m], [rad], [m/s]
 
 std::size_t bin_of(double value, double width, std::size_t bins) {
   return static_cast<std::size_t>(std::min(std::max(value, 0.0) / width, static_cast<double>(bins - 1)));
