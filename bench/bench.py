@@ -1,4 +1,4 @@
-"""Measures chains alone and behind the store, bowling throws, marbles, and the daemon while chains keep every core busy.
+"""Measures chains alone and behind the store, bowling throws, marbles, dice, and the daemon while chains keep every core busy.
 
 Usage: bench.py BUILD_FOLDER [sampler] [--quick]. Prints one table; see README.md, "How fast it is". `sampler` measures
 what the methods of a chain are worth against each other instead.
@@ -96,6 +96,12 @@ def measure_marbles():
     })
 
 
+def measure_dice():
+    measure_figures("bench_dice", ["--quick"] if quick else [], {
+        "dice: full simulations": "2,000",
+    })
+
+
 def measure_daemon(folder):
     daemon = subprocess.Popen(
         [build / "retake", "serve", "--listen", "127.0.0.1:0", "--store", folder / "bench.db", "--threads", "2",
@@ -157,6 +163,7 @@ else:
     measure_chains()
     measure_bowling()
     measure_marbles()
+    measure_dice()
     with tempfile.TemporaryDirectory() as temporary:
         measure_daemon(pathlib.Path(temporary))
 widths = [max(len(cells[k]) for cells in rows) for k in range(4)]

@@ -15,6 +15,7 @@
 #include "sampler/learned.h"
 #include "sampler/model.h"
 #include "sampler/odds.h"
+#include "sampler/placed_redraw.h"
 #include "sampler/simulator.h"
 
 namespace retake {
@@ -43,6 +44,8 @@ struct Target {
   std::vector<Coordinate> learned{};
   /// How `conditional` walks where the world knows; null: it learns.
   std::shared_ptr<const Guide> guide{};
+  /// How `conditional` puts draws where they satisfy, where the world can; null: it cannot. Without a guide.
+  std::shared_ptr<const PlacedRedraw> placed{};
   /// Proposals on p(A) that look at Scores, which `metropolis` mixes with `kernels`; null: none.
   std::shared_ptr<const ScoredKernelTable> scored_kernels{};
 };

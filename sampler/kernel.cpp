@@ -50,13 +50,11 @@ double Redraw::propose(const Model& model, const State& current, State& candidat
                        RandomStream& random) const {
   double log_forward = 0, log_backward = 0;
   for (const std::size_t variable : block_) {
-    if (model.is_present(current, variable)) log_backward += log_density(model, current, variable);
-    if (!model.is_present(candidate, variable)) {
-      at(candidate, variable) = kAbsent;
-      continue;
-    }
-    at(candidate, variable) = model.variables()[variable].prior.draw(random);
-    log_forward += log_density(model, candidate, variable);
+    const bool counts = !model.variables()[variable].is_override;  // in log_prior
+    if (counts && model.is_present(current, variable)) log_backward += log_density(model, current, variable);
+    at(candidate, variable) = model.draw_one(variable, random, candidate);
+    if (counts && model.is_present(candidate, variable))
+      log_forward += log_density(model, candidate, variable);
   }
   // The paper calls this proposal symmetric.
   return ratios_ == Ratios::exact ? log_backward - log_forward : 0;
@@ -150,7 +148,9 @@ LocalMove::LocalMove(const Model& model, std::vector<std::size_t> block) : block
     const bool is_switch = model.variables()[i].prior.kind() == Distribution::Kind::on_off;
     const bool in_block = std::find(block_.begin(), block_.end(), i) != block_.end();
     CHECK(!(is_switch && in_block), i);
-    if (!is_switch && !in_block) rest_.push_back(i);
+    const bool is_override = model.variables()[i].is_override;
+    CHECK(!(is_override && in_block), i);
+    if (!is_switch && !is_override && !in_block) rest_.push_back(i);
   }
 }
 

@@ -29,8 +29,9 @@ class Kernel {
                          RandomStream& random) const = 0;
 };
 
-/// Draws Variables anew from their priors: all of them, or a block. q is then the prior of the block, so
-/// log_hastings = log p_w(current block) - log p_w(candidate block), and acceptance depends on p_c alone.
+/// Draws Variables anew from their priors: all of them, or a block. Overrides become absent. q is then the
+/// prior of the block, so log_hastings = log p_w(current block) - log p_w(candidate block), and acceptance
+/// depends on p_c alone.
 class Redraw final : public Kernel {
  public:
   /// Requires: a block that holds a Switch holds everything that it governs.
@@ -88,10 +89,12 @@ class Toggle final : public Kernel {
 /// A step of mixed scales that leaves the prior as it is, so that acceptance depends on p_c alone. With a
 /// scale s = 10^(-2u), u uniform, a Gaussian Variable with z = (value - mean) / sd moves to sqrt(1 - s^2) z +
 /// s n, and a uniform one by s (u - 1/2) of its width, wrapped. It moves one Variable of a block, or a part
-/// of the block and perhaps of the rest, or a part of the rest, or everything. Switches stay as they are.
+/// of the block and perhaps of the rest, or a part of the rest, or everything. Switches and overrides stay as
+/// they are.
 class LocalMove final : public Kernel {
  public:
-  /// `block`: the Variables that matter most. Requires: it is not empty; no Switch is in it.
+  /// `block`: the Variables that matter most. Requires: it is not empty; no Switch and no override
+  /// is in it.
   LocalMove(const Model& model, std::vector<std::size_t> block);
   double propose(const Model& model, const State& current, State& candidate,
                  RandomStream& random) const override;

@@ -258,7 +258,7 @@ void LearnedRedraw::draw(const Block& block, RandomStream& random, State& state)
   }
   state.resize(static_cast<Index>(model.size()));
   for (const std::size_t i : block.rest())
-    at(state, i) = model.is_present(state, i) ? model.variables()[i].prior.draw(random) : kAbsent;
+    at(state, i) = model.draw_one(i, random, state);
   const auto place = std::upper_bound(cumulative_.begin(), cumulative_.end(), random.uniform());
   const Index chosen = std::min<Index>(place - cumulative_.begin(), cumulative_.size() - 1);
   for (std::size_t j = 0; j < block.size(); ++j) {

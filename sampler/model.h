@@ -2,6 +2,7 @@
 // Paper, section 3.1. It must not know what the numbers mean to a simulator.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <limits>
@@ -29,6 +30,10 @@ struct Variable {
   Distribution prior;
   std::optional<std::size_t>
       switch_index{};  ///< the Switch that governs its presence; always present if none
+  /// Overrides what other Variables decide already, such as one value of a random field that a key gives
+  /// whole: present only where a kernel has set it. Draws of the prior leave it absent. log_prior leaves it
+  /// out: whatever sets one draws it from `prior`, which on the field as a whole cancels.
+  bool is_override = false;
 };
 
 /// Immutable once made. Thread safety: shared by all threads.
@@ -36,12 +41,13 @@ class Model {
  public:
   /// `in_support` refuses states that no single prior can refuse (a ball that starts inside the lane).
   /// Requires: a governing switch is an on_off Variable without a switch of its own and stands before what it
-  /// governs.
+  /// governs; overrides have no switch, are none, and stand after everything else.
   explicit Model(std::vector<Variable> variables, std::function<bool(const State&)> in_support = {});
 
   const std::vector<Variable>& variables() const { return variables_; }
   std::size_t size() const { return variables_.size(); }
   bool is_present(const State& state, std::size_t variable) const {
+    if (variables_[variable].is_override) return !std::isnan(state[static_cast<Eigen::Index>(variable)]);
     const auto& governor = variables_[variable].switch_index;
     return !governor || state[static_cast<Eigen::Index>(*governor)] == 1;
   }
@@ -57,9 +63,14 @@ class Model {
   /// Draws every Variable from its prior, without regard to in_support: draws outside it are misses, so that
   /// densities stay closed-form.
   void draw(RandomStream& random, State& state) const;
+  /// A draw of one Variable's prior, given its switch in `state`; kAbsent where it is absent.
+  double draw_one(std::size_t variable, RandomStream& random, const State& state) const {
+    const Variable& drawn = variables_[variable];
+    return !drawn.is_override && is_present(state, variable) ? drawn.prior.draw(random) : kAbsent;
+  }
 
-  /// log p_w: the sum over present Variables; minus infinity outside the support. Requires: state.size() ==
-  /// size().
+  /// log p_w: the sum over present Variables, overrides apart; minus infinity outside the support. Requires:
+  /// state.size() == size().
   double log_prior(const State& state) const;
 
  private:

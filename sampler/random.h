@@ -12,7 +12,14 @@
 namespace retake {
 
 /// What a draw is for. The numbers are part of the determinism contract: never renumber.
-enum class Purpose : std::uint16_t { initial = 0, proposal = 1, acceptance = 2, swap = 3, learning = 4 };
+enum class Purpose : std::uint16_t {
+  initial = 0,
+  proposal = 1,
+  acceptance = 2,
+  swap = 3,
+  learning = 4,
+  field = 5,  ///< a random field that one key gives whole
+};
 
 /// Where in the whole computation a stream of draws belongs.
 struct RandomAddress {

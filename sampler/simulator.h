@@ -2,8 +2,10 @@
 // Paper, section 4, line 5 of the algorithm. It must not know bodies, constraint terms or files.
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "sampler/model.h"
@@ -28,8 +30,18 @@ class Run {
 /// How a simulation ended.
 enum class SimulationEnd {
   complete,  ///< the Score is whole
-  stopped,   ///< early: log_constraint can no longer exceed `needed`; the Score is not to be read
+  stopped,   ///< early: log_constraint can no longer exceed `needed`, or by the watch; the Score is not to be
+             ///< read
   failed,    ///< it exploded or never came to rest; a rejected candidate
+};
+
+/// Looks at a simulation under way, where the world has checkpoints for those who do.
+class Watch {
+ public:
+  virtual ~Watch() = default;
+  /// `seconds` [s] are simulated; the world says what `features` of a checkpoint are. False: the simulation
+  /// is stopped.
+  virtual bool goes_on(std::size_t checkpoint, double seconds, std::span<const double> features) = 0;
 };
 
 struct SimulationRequest {
@@ -42,6 +54,7 @@ struct SimulationRequest {
   const Run* current_run = nullptr;
   /// Where to record this simulation; null if nobody will resume from it.
   Run* record = nullptr;
+  Watch* watch = nullptr;  ///< null if nobody looks
 };
 
 struct SimulationOutcome {

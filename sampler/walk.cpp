@@ -9,6 +9,7 @@
 #include "sampler/check.h"
 #include "sampler/conditional.h"
 #include "sampler/guided.h"
+#include "sampler/placed.h"
 #include "sampler/simple_walks.h"
 #include "sampler/tempering.h"
 
@@ -33,6 +34,7 @@ std::unique_ptr<Walk> Walk::make(const Target& target, const ChainSettings& sett
       return std::make_unique<Rejection>(target, settings, counts);
     case Method::conditional:
       if (target.guide) return std::make_unique<Guided>(target, settings, counts);
+      if (target.placed) return std::make_unique<Placed>(target, settings, counts);
       return std::make_unique<Conditional>(target, settings, counts);
     case Method::tempering:
       return std::make_unique<Tempering>(target, settings, counts);
@@ -47,7 +49,8 @@ std::vector<std::string> Walk::kernel_names(const Target& target, Method method)
     case Method::rejection:
       return {"prior"};
     case Method::conditional:
-      return target.guide ? Guided::kernel_names(*target.guide) : Conditional::kernel_names();
+      if (target.guide) return Guided::kernel_names(*target.guide);
+      return target.placed ? Placed::kernel_names() : Conditional::kernel_names();
     case Method::tempering:
       return Tempering::kernel_names();
   }
@@ -169,7 +172,7 @@ void Walk::accept(KernelCounter& counter, Walker& walker) {
   move_to_candidate(walker);
 }
 
-bool Walk::simulate_candidate(Simulator& simulator, const Walker* walker, double needed) {
+bool Walk::simulate_candidate(Simulator& simulator, const Walker* walker, double needed, Watch* watch) {
   if (!candidate_run_ && resumes_) {
     candidate_run_ = simulator.make_run();
     resumes_ = candidate_run_ != nullptr;
@@ -177,7 +180,8 @@ bool Walk::simulate_candidate(Simulator& simulator, const Walker* walker, double
   SimulationRequest request{.needed = settings_.early_rejection ? needed : kImpossible,
                             .current_state = nullptr,
                             .current_run = nullptr,
-                            .record = candidate_run_.get()};
+                            .record = candidate_run_.get(),
+                            .watch = watch};
   if (walker && walker->run) {
     request.current_state = &walker->stay.state;
     request.current_run = walker->run.get();

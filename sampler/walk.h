@@ -68,7 +68,7 @@ class Walk {
   bool step_by(const ScoredKernel& kernel, KernelCounter& counter, RandomStream& draws, double log_u,
                const Aim& aim, Simulator& simulator, Walker& walker);
   /// Simulates candidate_, from `walker` if there is one to resume from. True if its Score is whole.
-  bool simulate_candidate(Simulator& simulator, const Walker* walker, double needed);
+  bool simulate_candidate(Simulator& simulator, const Walker* walker, double needed, Watch* watch = nullptr);
   /// The walker moves to candidate_.
   void move_to_candidate(Walker& walker);
   /// Below this a log_constraint says that the animation is not satisfied: what `needed` may be for

@@ -51,9 +51,10 @@ struct Body {
 
 /// The poses of one moving body, a frame each 1/rate seconds from time 0.
 struct Track {
-  Pose start{};          ///< in which the animation begins
-  Pose rest{};           ///< in which the animation ends; without frames unknown of what has toppled
-  bool toppled = false;  ///< it has fallen over, or off what carried it, for good
+  std::string name{};            ///< of the body
+  Pose start{};                  ///< in which the animation begins
+  Pose rest{};                   ///< in which the animation ends; without frames unknown of what has fallen
+  std::optional<double> fell{};  ///< [s] when it fell over, or off what carried it, for good
   std::optional<double> settled{};  ///< [s] when it came to rest, in `rest`, for good; none: not known
   Eigen::Matrix<double, 3, Eigen::Dynamic> positions;  ///< [m]
   Eigen::Matrix<double, 4, Eigen::Dynamic> rotations;  ///< x, y, z, w; successive ones in one hemisphere
@@ -67,11 +68,14 @@ struct ContactEvent {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit vector that pushes the first body
 };
 
-/// Reused by simulators: a simulation that is only scored writes the rests and events but not the frames.
+/// Reused by simulators: a simulation that is only scored writes the rests but neither frames nor bodies, and
+/// may leave out the events. While it is under way an Animation holds what is known so far: the tracks with
+/// their starts; rests and falls as they happen, in order of time; and with frames, which then are those so
+/// far, every event up to the last of them.
 struct Animation {
-  double rate = 60;        ///< [frames/s]
-  std::size_t frames = 0;  ///< at least 1 once recorded
-  std::vector<Body> bodies;
+  double rate = 60;          ///< [frames/s]
+  std::size_t frames = 0;    ///< at least 1 once recorded
+  std::vector<Body> bodies;  ///< first those of the tracks, in their order and with their names
   std::vector<Track> tracks;
   std::vector<ContactEvent> events;  ///< in order of time
 

@@ -1,6 +1,7 @@
 // See animation_codec.h.
 #include "worlds/animation_codec.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -230,6 +231,8 @@ Animation unpack(std::string_view bytes) {
   for (const Body& body : animation.bodies)
     if (body.track && *body.track >= animation.tracks.size())
       throw std::out_of_range("a body without its track");
+  for (std::size_t track = 0; track < std::min(animation.tracks.size(), animation.bodies.size()); ++track)
+    animation.tracks[track].name = animation.bodies[track].name;
   for (const ContactEvent& event : animation.events)
     for (const std::size_t body : event.bodies)
       if (body >= animation.bodies.size()) throw std::out_of_range("an event without its body");

@@ -20,8 +20,15 @@ constexpr double kLargestInteger = 9007199254740991.0;
 using Kind = Parameter::Kind;
 
 json number_json(const Parameter& parameter, double value) {
-  if (parameter.kind != Kind::number) return static_cast<std::int64_t>(value);
+  if (parameter.kind != Kind::number && parameter.kind != Kind::number_list)
+    return static_cast<std::int64_t>(value);
   return value + 0.0;  // -0 is 0
+}
+
+/// An object without faults with its defaults, or the stand-ins of one with faults.
+json canonical_object(const Parameter& parameter, const json& value) {
+  std::vector<Fault> faults;
+  return parameter.fields->read(value, "", faults).document();
 }
 
 /// A value without faults in the one form in which documents hold it.
@@ -32,6 +39,20 @@ json canonical(const Parameter& parameter, const json& value) {
     case Kind::text:
     case Kind::text_list:
       return value;
+    case Kind::number_list: {
+      json list = json::array();
+      for (const json& member : value)
+        list.push_back(number_json(parameter, member.get<double>()));
+      return list;
+    }
+    case Kind::object:
+      return canonical_object(parameter, value);
+    case Kind::object_list: {
+      json list = json::array();
+      for (const json& member : value)
+        list.push_back(canonical_object(parameter, member));
+      return list;
+    }
     case Kind::integer_set: {
       std::set<double> members;
       for (const json& member : value)
@@ -57,9 +78,13 @@ json stand_in(const Parameter& parameter) {
       return parameter.choices.front();
     case Kind::integer_set:
     case Kind::text_list:
+    case Kind::number_list:
+    case Kind::object_list:
       return json::array();
     case Kind::text:
       return "";
+    case Kind::object:
+      return canonical_object(parameter, json::object());
     case Kind::number:
     case Kind::integer:
       break;
@@ -80,7 +105,8 @@ std::string fault_of_number(const Parameter& parameter, const json& value) {
   const std::string unit = parameter.unit.empty() ? "" : " " + parameter.unit;
   if (!value.is_number()) return "expected a number, got " + std::string(value.type_name());
   const double number = value.get<double>();
-  if (parameter.kind != Kind::number && (number != std::floor(number) || std::abs(number) > kLargestInteger))
+  const bool is_whole = number == std::floor(number) && std::abs(number) <= kLargestInteger;
+  if (parameter.kind != Kind::number && parameter.kind != Kind::number_list && !is_whole)
     return "expected an integer";
   if (number < parameter.minimum || number > parameter.maximum ||
       (parameter.above_minimum && number == parameter.minimum))
@@ -120,20 +146,28 @@ std::string fault_of_text(const Parameter& parameter, const json& value) {
   return "";
 }
 
-/// Appends what is wrong with a list of texts: of each member at its place, else of the whole list.
-void find_faults_of_text_list(const Parameter& parameter, const json& value, const std::string& pointer,
-                              std::vector<Fault>& faults) {
+/// Appends what is wrong with a list in order: of each member at its place, else of the whole list.
+void find_faults_of_list(const Parameter& parameter, const json& value, const std::string& pointer,
+                         std::vector<Fault>& faults) {
+  const bool has_objects = parameter.kind == Kind::object_list, has_texts = parameter.kind == Kind::text_list;
   if (!value.is_array()) {
-    faults.push_back({pointer, "expected a list of strings, got " + std::string(value.type_name())});
+    const std::string members = has_objects ? "objects" : has_texts ? "strings" : "numbers";
+    faults.push_back({pointer, "expected a list of " + members + ", got " + std::string(value.type_name())});
     return;
   }
   if (value.size() < parameter.fewest || value.size() > parameter.most)
     faults.push_back({pointer, "must have " + std::to_string(parameter.fewest) + " to " +
                                    std::to_string(parameter.most) + " members, got " +
                                    std::to_string(value.size())});
-  for (std::size_t i = 0; i < std::min(value.size(), parameter.most); ++i)
-    if (std::string fault = fault_of_text(parameter, value[i]); !fault.empty())
-      faults.push_back({append_pointer(pointer, i), std::move(fault)});
+  for (std::size_t i = 0; i < std::min(value.size(), parameter.most); ++i) {
+    const std::string place = append_pointer(pointer, i);
+    std::string fault;
+    if (has_objects)
+      parameter.fields->read(value[i], place, faults);
+    else
+      fault = has_texts ? fault_of_text(parameter, value[i]) : fault_of_number(parameter, value[i]);
+    if (!fault.empty()) faults.push_back({place, std::move(fault)});
+  }
 }
 
 /// Appends everything that is wrong with a value.
@@ -162,10 +196,20 @@ void find_faults(const Parameter& parameter, const json& value, const std::strin
       fault = fault_of_text(parameter, value);
       break;
     case Kind::text_list:
-      find_faults_of_text_list(parameter, value, pointer, faults);
+    case Kind::number_list:
+    case Kind::object_list:
+      find_faults_of_list(parameter, value, pointer, faults);
+      break;
+    case Kind::object:
+      parameter.fields->read(value, pointer, faults);
       break;
   }
   if (!fault.empty()) faults.push_back({pointer, std::move(fault)});
+}
+
+/// Of a list in order.
+Kind member_kind(Kind list) {
+  return list == Kind::object_list ? Kind::object : list == Kind::text_list ? Kind::text : Kind::number;
 }
 
 /// The type and the bounds of a field's values.
@@ -185,9 +229,13 @@ json type_schema(const Parameter& parameter) {
     }
     case Kind::text:
       return {{"type", "string"}, {"minLength", 1}, {"maxLength", parameter.longest}};
-    case Kind::text_list: {
+    case Kind::object:
+      return parameter.fields->schema();
+    case Kind::text_list:
+    case Kind::number_list:
+    case Kind::object_list: {
       Parameter member = parameter;
-      member.kind = Kind::text;
+      member.kind = member_kind(parameter.kind);
       return {{"type", "array"},
               {"items", type_schema(member)},
               {"minItems", parameter.fewest},
@@ -255,13 +303,32 @@ std::vector<std::string> Parameters::text_list(std::string_view name) const {
   return field(name).get<std::vector<std::string>>();
 }
 
+std::vector<double> Parameters::number_list(std::string_view name) const {
+  return field(name).get<std::vector<double>>();
+}
+
+Parameters Parameters::object(std::string_view name) const {
+  return Parameters(field(name));
+}
+
+std::vector<Parameters> Parameters::object_list(std::string_view name) const {
+  std::vector<Parameters> all;
+  for (const json& member : field(name))
+    all.emplace_back(member);
+  return all;
+}
+
 ParameterTable::ParameterTable(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {
   constexpr double kLeast = std::numeric_limits<int>::min(), kMost = std::numeric_limits<int>::max();
   for (const Parameter& parameter : parameters_) {
     CHECK(parameter.choices.empty() != (parameter.kind == Kind::choice), parameter.name);
     CHECK((parameter.longest == 0) != (parameter.kind == Kind::text || parameter.kind == Kind::text_list),
           parameter.name);
-    CHECK((parameter.most == 0) != (parameter.kind == Kind::text_list), parameter.name);
+    const bool is_list = parameter.kind == Kind::text_list || parameter.kind == Kind::number_list ||
+                         parameter.kind == Kind::object_list;
+    CHECK((parameter.most == 0) != is_list, parameter.name);
+    const bool has_fields = parameter.kind == Kind::object || parameter.kind == Kind::object_list;
+    CHECK((parameter.fields == nullptr) != has_fields, parameter.name);
     if (parameter.kind == Kind::integer_set)
       CHECK(parameter.minimum >= kLeast && parameter.maximum <= kMost, parameter.name);
     if (parameter.default_value.is_null()) continue;

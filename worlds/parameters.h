@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,8 @@
 #include "worlds/document.h"
 
 namespace retake {
+
+class ParameterTable;
 
 /// One field of an object.
 struct Parameter {
@@ -25,18 +28,24 @@ struct Parameter {
     integer_set,  ///< a list of different integers, whose order means nothing
     text,         ///< a string of at least one byte
     text_list,    ///< a list of strings in order, each of at least one byte
+    number_list,  ///< a list of numbers in order
+    object,       ///< an object with the fields of a table of its own
+    object_list,  ///< a list of such objects in order
   };
   std::string name{};
   Kind kind = Kind::number;
-  nlohmann::json default_value{};                             ///< null: the field is required
-  double minimum = -std::numeric_limits<double>::infinity();  ///< of the number, or of every member of a set
+  nlohmann::json default_value{};  ///< null: the field is required
+  /// Of the number, or of every member of a set or list.
+  double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
   bool above_minimum = false;          ///< the minimum itself is refused
   std::vector<std::string> choices{};  ///< at least one, for a choice alone
   std::size_t fewest = 0;              ///< members of a set or list
   std::size_t most = 0;                ///< members of a list; at least 1 for a list alone
   std::size_t longest = 0;             ///< bytes of a text, or of each of a list; at least 1 for these alone
-  std::string unit{};                  ///< "" for a pure number
+  /// Of an object, or of each of a list; for these alone.
+  std::shared_ptr<const ParameterTable> fields{};
+  std::string unit{};  ///< "" for a pure number
   std::string summary{};
   std::string source{};  ///< where the default comes from: a section of the paper, or "chosen" and why
 };
@@ -53,6 +62,9 @@ class Parameters {
   std::vector<int> integer_set(std::string_view name) const;
   std::string text(std::string_view name) const;
   std::vector<std::string> text_list(std::string_view name) const;
+  std::vector<double> number_list(std::string_view name) const;
+  Parameters object(std::string_view name) const;
+  std::vector<Parameters> object_list(std::string_view name) const;
   const nlohmann::json& document() const { return document_; }
 
  private:
@@ -70,7 +82,7 @@ class ParameterTable {
   /// documents. Appends a fault, with its JSON Pointer below `pointer`, for everything that is wrong: not an
   /// object, unknown fields, missing ones, wrong types, numbers out of range, members given twice. What a
   /// faulty field holds in the result is its default; without one its minimum, false, its first choice, the
-  /// empty set, text or list. `ignored` names fields that the caller reads itself.
+  /// empty set, text or list, an object of such values. `ignored` names fields that the caller reads itself.
   Parameters read(const nlohmann::json& object, std::string_view pointer, std::vector<Fault>& faults,
                   const std::vector<std::string>& ignored = {}) const;
 

@@ -1,6 +1,7 @@
 // The worlds of this build: one line each.
 #include "worlds/ball2d/ball2d.h"
 #include "worlds/bowling/bowling.h"
+#include "worlds/dice/dice.h"
 #include "worlds/spelling/spelling.h"
 #include "worlds/world.h"
 
@@ -11,6 +12,7 @@ const std::vector<const World*>& worlds() {
       &ball2d::world(),
       &bowling::world(),
       &spelling::world(),
+      &dice::world(),
   };
   return registered;
 }

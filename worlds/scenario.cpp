@@ -117,8 +117,8 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
       json term = (*given)[i];
       const TermKind* kind = read_kind(*world, term, pointer, faults);
       if (!kind) continue;
-      if (kind->fit && model_is_sound) kind->fit(term, model, pointer, faults);
       const std::size_t term_faults_before = faults.size();
+      if (kind->fit && model_is_sound) kind->fit(term, model, pointer, faults);
       const Parameters parameters = kind->parameters.read(term, pointer, faults, {"kind"});
       if (model_is_sound && faults.size() == term_faults_before)
         scenario->terms_.push_back(kind->make(parameters, model, pointer, faults));
@@ -149,6 +149,7 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
     target.least_satisfied += term->least_when_satisfied();
   }
   target.guide = scenario->scene_->guide(scenario->terms_);
+  target.placed = scenario->scene_->placed(scenario->terms_);
   for (const Measure& measure : scenario->measures_)
     target.measure_names.push_back(measure.name);
   if (target.guide && !target.guide->soft_kernels().rows().empty())
@@ -176,7 +177,8 @@ SimulationOutcome Scenario::Performer::simulate(const State& candidate, const Si
                             .needed = request.needed,
                             .current_state = request.current_state,
                             .current_run = request.current_run,
-                            .record = request.record};
+                            .record = request.record,
+                            .watch = request.watch};
   const SimulationOutcome outcome =
       physics_->simulate(candidate, recording, scored_, std::span(score.measures).first(physics_measures_));
   if (outcome.end == SimulationEnd::complete) score_terms(scored_, score);

@@ -12,6 +12,7 @@
 #include "sampler/chain.h"
 #include "sampler/kernel.h"
 #include "sampler/model.h"
+#include "sampler/placed_redraw.h"
 #include "sampler/simulator.h"
 #include "worlds/animation.h"
 #include "worlds/measure.h"
@@ -30,6 +31,7 @@ struct Recording {
   const State* current_state = nullptr;                      ///< see SimulationRequest
   const Run* current_run = nullptr;
   Run* record = nullptr;
+  Watch* watch = nullptr;  ///< see SimulationRequest; worlds without checkpoints do not ask
 };
 
 /// The physics of one scene for one thread; see the contract of Simulator.
@@ -54,6 +56,11 @@ class Scene {
   virtual std::vector<Coordinate> learned() const { return {}; }
   /// How `conditional` chains come to what these terms wish, where the world knows; see Target::guide.
   virtual std::shared_ptr<const Guide> guide(const Terms& wishes) const {
+    (void)wishes;
+    return nullptr;
+  }
+  /// How `conditional` chains put draws where these terms wish them, where the world can; see Target::placed.
+  virtual std::shared_ptr<const PlacedRedraw> placed(const Terms& wishes) const {
     (void)wishes;
     return nullptr;
   }

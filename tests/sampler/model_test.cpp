@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sampler/kernel.h"
 #include "tests/sampler/toys.h"
 
 namespace retake::tests {
@@ -110,6 +111,42 @@ TEST(Model, KnowsWhatEachSwitchGoverns) {
   EXPECT_EQ(model->governed_by(0), (std::vector<std::size_t>{1, 2}));
   EXPECT_EQ(model->governed_by(3), (std::vector<std::size_t>{4}));
   EXPECT_TRUE(model->governed_by(5).empty());
+}
+
+TEST(Model, OverridesAreNeitherDrawnNorCounted) {
+  const Variable plain{.name = "x", .unit = "", .prior = Distribution::gaussian(0, 1)};
+  const Variable override_of_it{
+      .name = "o", .unit = "", .prior = Distribution::gaussian(0, 1), .is_override = true};
+  const Model model({plain, override_of_it});
+  RandomStream random = stream(25);
+  State state;
+  model.draw(random, state);
+  EXPECT_TRUE(std::isnan(state[1]));
+  EXPECT_FALSE(model.is_present(state, 1));
+  const double log_prior = model.log_prior(state);
+  state[1] = 3;
+  EXPECT_TRUE(model.is_present(state, 1));
+  EXPECT_EQ(model.log_prior(state), log_prior);
+
+  // A redraw of everything takes it away, and a local move leaves it where it is.
+  State candidate = state;
+  const double log_hastings = Redraw::all(model, Ratios::exact).propose(model, state, candidate, random);
+  EXPECT_TRUE(std::isnan(candidate[1]));
+  EXPECT_NEAR(log_hastings, model.log_prior(state) - model.log_prior(candidate), 1e-15);
+  const LocalMove local(model, {0});
+  for (int i = 0; i < 100; ++i) {
+    candidate = state;
+    local.propose(model, state, candidate, random);
+    EXPECT_EQ(candidate[1], 3);
+  }
+}
+
+TEST(ModelDeathTest, RefusesOverridesBeforeWhatTheyOverride) {
+  const Variable plain{.name = "x", .unit = "", .prior = Distribution::gaussian(0, 1)};
+  const Variable first{.name = "o", .unit = "", .prior = Distribution::gaussian(0, 1), .is_override = true};
+  const Variable as_switch{.name = "s", .unit = "", .prior = Distribution::on_off(0.5), .is_override = true};
+  EXPECT_DEATH(Model({first, plain}), "CHECK");
+  EXPECT_DEATH(Model({plain, as_switch}), "CHECK");
 }
 
 TEST(ModelDeathTest, RefusesASwitchThatCannotGovern) {

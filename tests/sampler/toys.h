@@ -36,6 +36,9 @@ class ToySimulator final : public Simulator {
                              Score& score) override {
     ++simulations;
     if (observe) observe(candidate, request);
+    // One checkpoint, halfway.
+    if (request.watch && features && !request.watch->goes_on(0, 1, features(candidate)))
+      return {.end = SimulationEnd::stopped, .simulated_seconds = 1};
     const double value = log_constraint_(candidate);
     score = {.log_constraint = 0, .satisfied = true, .measures = {12345}};
     if (std::isnan(value)) return {.end = SimulationEnd::failed, .simulated_seconds = 1};
@@ -47,6 +50,8 @@ class ToySimulator final : public Simulator {
   }
 
   std::function<void(const State&, const SimulationRequest&)> observe;
+  std::function<std::vector<double>(const State&)>
+      features;  ///< that a watch is shown; null: it is not asked
   double satisfied_above = -kInfinity;
   std::function<bool(const State&)> satisfies;  ///< null: what exceeds satisfied_above
   std::uint64_t simulations = 0;

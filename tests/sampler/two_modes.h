@@ -29,6 +29,7 @@ struct TwoModes {
   /// Only the second part satisfies.
   bool is_single = false;
   std::shared_ptr<const Guide> guide{};
+  std::shared_ptr<const PlacedRedraw> placed{};
 
   enum Variables : std::size_t { kX, kY, kSlope, kSwitch, kGoverned };
 
@@ -83,6 +84,7 @@ struct TwoModes {
         KernelTable({{"redraw", 1, std::make_shared<const Redraw>(Redraw::all(*model, Ratios::exact))}}),
         {"log_constraint"}});
     target->guide = guide;
+    target->placed = placed;
     if (guide) target->scored_kernels = {guide, &guide->soft_kernels()};
     target->least_satisfied = height == Height::level ? 0 : height == Height::stepped ? -1 : -kInfinity;
     return target;
@@ -90,6 +92,7 @@ struct TwoModes {
   ToySimulator simulator() const {
     ToySimulator simulator(log_constraint());
     simulator.satisfies = [*this](const State& state) { return part_of(state) != 0; };
+    simulator.features = [](const State& state) { return std::vector<double>{state[kX]}; };
     return simulator;
   }
   static Eigen::VectorXd functions(const State& state) {

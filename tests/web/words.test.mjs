@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as words from "../../web/app/health_words.js";
+import { wish } from "../../web/app/words.js";
 
 const odds = (probability, low, high, more = {}) => ({ probability, low, high, basis: "learned", draws: 12000, hits: 900, ...more });
 
@@ -120,4 +121,22 @@ test("a chain says what it is doing", () => {
   assert.equal(guided({}), "building the first one up");
   assert.equal(guided({ samples: 3 }), "burning in: 3 found, not counted");
   assert.equal(guided({ samples: 30, phase: "sampling" }), "sampling");
+});
+
+test("constraints of every kind are a sentence", () => {
+  const said = (...constraints) => wish({ constraints });
+  assert.equal(said({ kind: "rest_position", x: 1, sd: 0.1, tolerance: 0.1 }), "It comes to rest at x = 1 m, within 0.1 m.");
+  assert.equal(said({ kind: "rest_position", body: "marble_3", x: 1, z: -2 }), "Marble 3 comes to rest at x = 1 m and z = -2 m.");
+  assert.equal(said({ kind: "face_up", body: "die", face: 6 }), "Die shows face 6.");
+  assert.equal(said({ kind: "state_at", body: "ball", time: 1.5, position: [1, 0.5, 0], velocity: [] }), "Ball is at (1, 0.5, 0) m after 1.5 s.");
+  assert.equal(said({ kind: "state_at", body: "ball", time: 2, position: [0, 0, 0], velocity: [1, 0, 0] }), "Ball is at (0, 0, 0) m and moves by (1, 0, 0) m/s after 2 s.");
+  assert.equal(said({ kind: "contact_at", body: "pin_1", with: "ball", times: [2.4], tolerance: 0.03 }), "There is a contact of pin 1 and ball at 2.4 s, within 30 ms.");
+  assert.equal(said({ kind: "contact_at", body: "ball", with: "any", times: [], bpm: 120 }), "Every contact of ball is on the beat, 120 a minute.");
+  assert.equal(said({ kind: "contact_at", body: "any", with: "any", times: [1, 2] }), "There is a contact at 1 s and 2 s.");
+  const events = [{ kind: "contact", body: "ball", with: "pin_1" }, { kind: "contact", body: "ball", with: "any" }, { kind: "fall", body: "pin_1" }, { kind: "rest", body: "marble_2" }];
+  assert.equal(said({ kind: "order", events }), "Ball touches pin 1, then ball touches something, then pin 1 falls, then marble 2 comes to rest.");
+  const box = { low: [0, 0, 0], high: [1, 1, 1] };
+  assert.equal(said({ kind: "inside", body: "ball", box, from: 0, to: 3600 }), "Ball stays between (0, 0, 0) m and (1, 1, 1) m.");
+  assert.equal(said({ kind: "inside", body: "ball", box, from: 1, to: 2 }), "Ball stays between (0, 0, 0) m and (1, 1, 1) m from 1 s to 2 s.");
+  assert.equal(said({ kind: "inside", body: "ball", box, from: 1, to: 3600 }), "Ball stays between (0, 0, 0) m and (1, 1, 1) m from 1 s on.");
 });

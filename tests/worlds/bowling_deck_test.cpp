@@ -324,7 +324,7 @@ void expect_animations_end_as_measured(json model, int count) {
       const Pose last{.position = to,
                       .rotation = Eigen::Quaterniond(Eigen::Vector4d(track.rotations.rightCols(1)))};
       const bool is_down = std::count(down.begin(), down.end(), rack[i]) > 0;
-      ASSERT_EQ(track.toppled, is_down);
+      ASSERT_EQ(track.fell.has_value(), is_down);
       if (is_down) {
         const bool gone = to.x() > kDeckEnd + 0.02 || std::abs(to.z()) > kLaneHalfWidth + 0.02;
         EXPECT_TRUE(gone || to.y() < 0.09 || tilt_of(last) > 0.9)

@@ -38,7 +38,7 @@ Animation ending(const std::vector<End>& ends) {
     track.start.position = track.rest.position = {static_cast<double>(i), 0.147, 0.3};
     if (ends[i] == End::slid) track.rest.position.z() -= 0.0501;
     if (ends[i] == End::slid_little) track.rest.position.x() += 0.0499;
-    if (ends[i] == End::fell) track.toppled = true;
+    if (ends[i] == End::fell) track.fell = 1.5;
   }
   return animation;
 }

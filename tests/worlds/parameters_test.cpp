@@ -379,5 +379,105 @@ TEST(Parameters, TheSchemaOfTextsSaysTheirLengths) {
   EXPECT_EQ(properties.at("lines").at("maxItems"), 3);
 }
 
+// --- Lists of numbers, and objects within objects ---------------------------------------------------
+
+const ParameterTable& story() {
+  static const auto event = std::make_shared<const ParameterTable>(
+      std::vector<Parameter>{{.name = "time", .minimum = 0, .summary = "When"},
+                             {.name = "loud",
+                              .kind = Parameter::Kind::boolean,
+                              .default_value = false,
+                              .summary = "Whether heard"}});
+  static const ParameterTable fields({
+      {.name = "place",
+       .kind = Parameter::Kind::number_list,
+       .default_value = {1, 2},
+       .minimum = -5,
+       .maximum = 5,
+       .fewest = 2,
+       .most = 3,
+       .unit = "m",
+       .summary = "Where"},
+      {.name = "first", .kind = Parameter::Kind::object, .fields = event, .summary = "What happens first"},
+      {.name = "events",
+       .kind = Parameter::Kind::object_list,
+       .default_value = json::array(),
+       .most = 2,
+       .fields = event,
+       .summary = "What happens then"},
+  });
+  return fields;
+}
+
+std::vector<std::string> story_faults(const json& object) {
+  std::vector<Fault> faults;
+  story().read(object, "/t", faults);
+  std::vector<std::string> all;
+  for (const Fault& fault : faults)
+    all.push_back(fault.pointer);
+  return all;
+}
+
+TEST(Parameters, ListsOfNumbersAndObjectsAreFilledInAndRead) {
+  std::vector<Fault> faults;
+  const Parameters given = story().read({{"place", {-0.0, 1.5, 5}},
+                                         {"first", {{"time", 1}}},
+                                         {"events", {{{"time", 2}, {"loud", true}}, {{"time", 3}}}}},
+                                        "/t", faults);
+  EXPECT_TRUE(faults.empty());
+  EXPECT_EQ(given.number_list("place"), (std::vector<double>{0, 1.5, 5}));
+  EXPECT_EQ(given.object("first").number("time"), 1);
+  EXPECT_FALSE(given.object("first").boolean("loud"));
+  ASSERT_EQ(given.object_list("events").size(), 2u);
+  EXPECT_TRUE(given.object_list("events")[0].boolean("loud"));
+  EXPECT_EQ(
+      given.document().dump(),
+      R"({"events":[{"loud":true,"time":2.0},{"loud":false,"time":3.0}],"first":{"loud":false,"time":1.0},)"
+      R"("place":[0.0,1.5,5.0]})");
+  const Parameters filled = story().read({{"first", {{"time", 0}}}}, "/t", faults);
+  EXPECT_TRUE(faults.empty());
+  EXPECT_EQ(filled.number_list("place"), (std::vector<double>{1, 2}));
+  EXPECT_TRUE(filled.object_list("events").empty());
+}
+
+TEST(Parameters, FaultsWithinAnObjectHaveTheirOwnPlace) {
+  using Pointers = std::vector<std::string>;
+  const json first = {{"time", 1}};
+  EXPECT_EQ(story_faults({{"first", first}, {"place", {1, 6, "2"}}}), (Pointers{"/t/place/1", "/t/place/2"}));
+  EXPECT_EQ(story_faults({{"first", first}, {"place", {1}}}), Pointers{"/t/place"});
+  EXPECT_EQ(story_faults({{"first", first}, {"place", 1}}), Pointers{"/t/place"});
+  EXPECT_EQ(story_faults(json::object()), Pointers{"/t/first"});
+  EXPECT_EQ(story_faults({{"first", 3}}), Pointers{"/t/first"});
+  EXPECT_EQ(story_faults({{"first", {{"loud", 1}, {"colour", 1}}}}),
+            (Pointers{"/t/first/time", "/t/first/loud", "/t/first/colour"}));
+  EXPECT_EQ(story_faults({{"first", first}, {"events", json::array({first, {{"time", -1}}})}}),
+            Pointers{"/t/events/1/time"});
+  EXPECT_EQ(story_faults({{"first", first}, {"events", json::array({first, first, first})}}),
+            Pointers{"/t/events"});
+}
+
+TEST(Parameters, FaultyObjectsHoldWhatTheirFieldsWould) {
+  std::vector<Fault> faults;
+  const Parameters parameters = story().read({{"events", 1}}, "/t", faults);
+  EXPECT_EQ(faults.size(), 2u);
+  EXPECT_EQ(parameters.object("first").number("time"), 0);
+  EXPECT_TRUE(parameters.object_list("events").empty());
+}
+
+TEST(Parameters, TheSchemaOfAnObjectIsThatOfItsTable) {
+  const json properties = story().schema().at("properties");
+  EXPECT_EQ(properties.at("place").at("items"),
+            json({{"type", "number"}, {"minimum", -5.0}, {"maximum", 5.0}}));
+  EXPECT_EQ(properties.at("place").at("maxItems"), 3);
+  EXPECT_EQ(properties.at("first").at("required"), json::array({"time"}));
+  EXPECT_EQ(properties.at("first").at("description"), "What happens first");
+  EXPECT_EQ(properties.at("events").at("items").at("properties").at("time").at("description"), "When");
+}
+
+TEST(ParametersDeathTest, OnlyObjectsHaveFields) {
+  EXPECT_DEATH(ParameterTable({{.name = "box", .kind = Parameter::Kind::object}}), "box");
+  EXPECT_DEATH(ParameterTable({{.name = "places", .kind = Parameter::Kind::number_list}}), "places");
+}
+
 }  // namespace
 }  // namespace retake::tests

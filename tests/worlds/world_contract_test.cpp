@@ -53,20 +53,27 @@ INSTANTIATE_TEST_SUITE_P(All, WorldContract, ::testing::ValuesIn(worlds()), name
 
 // --- Documents -----------------------------------------------------------------------------------
 
-/// The type of a field that is no object, with what the type needs.
+void expect_schema_is_complete(const json& schema, const std::string& where);
+
+/// The type of a field, with what the type needs.
 void expect_type_is_complete(const json& property, const std::string& where) {
   const std::string type = property.at("type");
-  if (type == "array" && property.at("items").at("type") == "string") {
-    EXPECT_GT(property.at("items").at("maxLength"), 0) << where;
-    EXPECT_GT(property.at("maxItems"), 0) << where;
-  } else if (type == "array") {
+  if (type == "array" && property.contains("uniqueItems")) {
     EXPECT_EQ(property.at("uniqueItems"), true) << where;
     EXPECT_GE(property.at("minItems"), 0) << where;
     EXPECT_EQ(property.at("items").at("type"), "integer") << where;
     EXPECT_TRUE(property.at("items").contains("minimum") && property.at("items").contains("maximum"))
         << where;
+  } else if (type == "array") {
+    EXPECT_GT(property.at("maxItems"), 0) << where;
+    expect_type_is_complete(property.at("items"), where + "/items");
+  } else if (type == "object") {
+    expect_schema_is_complete(property, where + "/");
   } else if (type == "string") {
     EXPECT_NE(property.contains("enum"), property.contains("maxLength")) << where;
+    if (property.contains("maxLength")) {
+      EXPECT_GT(property.at("maxLength"), 0) << where;
+    }
   } else {
     EXPECT_TRUE(type == "number" || type == "integer" || type == "boolean") << where << ": " << type;
   }
@@ -135,13 +142,14 @@ class ConstantSimulator final : public Simulator {
 };
 
 /// Two sets of independent States follow one distribution: presence, mean and shape of every
-/// Variable.
+/// Variable. Overrides are no part of it.
 void expect_same_distribution(const Model& model, const std::vector<State>& left,
                               const std::vector<State>& right) {
   // Three comparisons a Variable share the error rate (Bonferroni).
   const double rate = kErrorRate / static_cast<double>(3 * model.size());
   const double largest_z = -normal_quantile(rate / 2);
   for (std::size_t i = 0; i < model.size(); ++i) {
+    if (model.variables()[i].is_override) continue;
     const auto collect = [&](const std::vector<State>& states, auto&& of) {
       std::vector<double> values;
       for (const State& state : states)
@@ -163,6 +171,25 @@ void expect_same_distribution(const Model& model, const std::vector<State>& left
       EXPECT_GT(kolmogorov_smirnov_p(a, b), rate) << variable.name;
     }
   }
+}
+
+/// What a chain has overridden follows the overrides' own priors, or nearly: these may be clamped where one
+/// draw in a thousand is.
+void expect_overrides_follow_their_prior(const Model& model, const std::vector<State>& prior,
+                                         const std::vector<State>& walked) {
+  std::vector<double> ranks;
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    const Variable& variable = model.variables()[i];
+    if (!variable.is_override) continue;
+    for (const State& state : prior)
+      EXPECT_TRUE(std::isnan(state[static_cast<Eigen::Index>(i)])) << variable.name;
+    for (const State& state : walked)
+      if (const double value = state[static_cast<Eigen::Index>(i)];
+          !std::isnan(value) && ranks.size() < 20000)
+        ranks.push_back(cdf(variable.prior, value));
+  }
+  if (ranks.empty()) return;
+  EXPECT_GT(kolmogorov_smirnov_p(ranks, [](double rank) { return rank; }), kErrorRate);
 }
 
 TEST_P(WorldContract, AConstantConstraintGivesThePriorBack) {
@@ -188,6 +215,7 @@ TEST_P(WorldContract, AConstantConstraintGivesThePriorBack) {
     EXPECT_GT(moves, kChains * kIterations / 20u);
     expect_same_distribution(model, prior, walked);
     expect_same_distribution(model, prior, kept);
+    expect_overrides_follow_their_prior(model, prior, walked);
   }
 }
 
@@ -334,6 +362,11 @@ TEST_P(WorldContract, ExamplesAreSatisfiedByTheirDefaultMethod) {
 void expect_consistent(const Animation& animation) {
   ASSERT_GE(animation.frames, 1u);
   ASSERT_GT(animation.rate, 0);
+  ASSERT_GE(animation.bodies.size(), animation.tracks.size());
+  for (std::size_t track = 0; track < animation.tracks.size(); ++track) {
+    EXPECT_EQ(animation.bodies[track].track, track) << "the bodies of the tracks come first";
+    EXPECT_EQ(animation.bodies[track].name, animation.tracks[track].name);
+  }
   std::vector<int> followers(animation.tracks.size(), 0);
   for (const Body& body : animation.bodies) {
     EXPECT_FALSE(body.name.empty());

@@ -44,12 +44,48 @@ export const measure = (name, value, digits = 4) => (typeof value === "number" &
 
 const list = (items) => (items.length < 2 ? items.join("") : `${items.slice(0, -1).join(", ")} and ${items.at(-1)}`);
 
+const metres = (place) => `(${place.map((value) => number(value)).join(", ")}) m`;
+
+/** What a term is about. @param {{body?: string}} term */
+const bodyOf = (term) => (term.body ? spaced(term.body) : "it");
+
+/** Between whom a contact is. @param {{body: string, with?: string}} contact */
+function meeting(contact) {
+  const [one, other] = [contact.body ?? "any", contact.with ?? "any"];
+  if (one === "any" && other === "any") return "a contact";
+  if (one === "any" || other === "any") return `a contact of ${spaced(one === "any" ? other : one)}`;
+  return `a contact of ${spaced(one)} and ${spaced(other)}`;
+}
+
+/** An event of an order. @param {{kind: string, body: string, with?: string}} event */
+function happening(event) {
+  if (event.kind === "contact") return event.with && event.with !== "any" ? `${spaced(event.body)} touches ${spaced(event.with)}` : `${spaced(event.body)} touches something`;
+  return `${spaced(event.body)} ${event.kind === "rest" ? "comes to rest" : "falls"}`;
+}
+
 /** How each kind of constraint term reads. @type {Object<string, (term: any, model: any) => string>} */
 const TERMS = {
   rest_position(term) {
     const where = ["x", "y", "z"].filter((axis) => typeof term[axis] === "number").map((axis) => `${axis} = ${number(term[axis])} m`);
     const within = typeof term.tolerance === "number" ? `, within ${number(term.tolerance)} m` : "";
-    return `it comes to rest at ${list(where)}${within}`;
+    return `${bodyOf(term)} comes to rest at ${list(where)}${within}`;
+  },
+  state_at(term) {
+    const place = term.position?.length ? ` is at ${metres(term.position)}` : "";
+    const speed = term.velocity?.length ? ` moves by ${metres(term.velocity)}/s` : "";
+    return `${bodyOf(term)}${place}${place && speed ? " and" : ""}${speed} after ${number(term.time)} s`;
+  },
+  contact_at(term) {
+    const within = typeof term.tolerance === "number" ? `, within ${seconds(term.tolerance)}` : "";
+    if (term.times?.length) return `there is ${meeting(term)} at ${list(term.times.map((time) => `${number(time)} s`))}${within}`;
+    const all = meeting(term).replace(/^a contact/, "every contact");
+    return `${all} is on the beat, ${number(term.bpm)} a minute${within}`;
+  },
+  order: ({ events = [] }) => events.map(happening).join(", then "),
+  inside(term) {
+    const box = term.box ? ` between ${metres(term.box.low)} and ${metres(term.box.high)}` : " in its box";
+    const until = term.to < 3600 ? ` to ${number(term.to)} s` : " on";
+    return `${bodyOf(term)} stays${box}${term.from > 0 || term.to < 3600 ? ` from ${number(term.from ?? 0)} s${until}` : ""}`;
   },
   pins({ down = [] }, { rack = [] }) {
     const stay = rack.filter((pin) => !down.includes(pin));
@@ -62,7 +98,7 @@ const TERMS = {
   },
   spell: (term) => `the marbles spell “${term.text}”`,
   bins: () => "the marbles fill the marked bins, and no other",
-  face_up: (term) => `face ${term.face} ends up`,
+  face_up: (term) => `${term.body ? `${spaced(term.body)} shows` : "it shows"} face ${term.face}`,
 };
 
 /** A scenario's document as text, its keys in the order in which people think, a list of numbers on one line.

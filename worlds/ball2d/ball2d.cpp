@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "worlds/ball2d/bounce.h"
+#include "worlds/terms/terms.h"
 
 namespace retake::ball2d {
 namespace {
@@ -17,7 +18,9 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kMass = 1;             // [kg], chosen: only the impulses of contact events depend on it
 constexpr double kFrameRate = 60;       // [frames/s]
 constexpr double kTableHalfLength = 6;  // [m], chosen: holds nearly every bounce
+constexpr double kMarkReach = 0.6;      // [m] of a mark to either side, chosen: half the table
 constexpr std::size_t kBall = 0, kTable = 1;  // in Animation::bodies
+constexpr const char *kBallName = "ball", *kTableName = "table";
 
 const ParameterTable& model_table() {
   static const ParameterTable table({
@@ -78,63 +81,20 @@ const ParameterTable& model_table() {
   return table;
 }
 
-// --- The constraint: where the ball comes to rest (5.1.1) ---------------------------------------
-
-class RestPosition final : public Term {
- public:
-  RestPosition(double x, double sd, double tolerance) : x_(x), sd_(sd), tolerance_(tolerance) {}
-  std::vector<Measure> measures() const override { return {{.name = "miss"}}; }
-  TermScore score(const Animation& animation, std::span<double> values) const override {
-    const double miss = animation.tracks[0].rest.position.x() - x_;
-    values[0] = miss;
-    const double z = miss / sd_;
-    return {.log_density = -0.5 * z * z, .satisfied = std::abs(miss) <= tolerance_};
-  }
-  double least_when_satisfied() const override {
-    const double z = tolerance_ / sd_;
-    return -0.5 * z * z;
-  }
-  std::vector<Body> markers() const override {
-    return {Body{.name = "target",
-                 .shape = Box{{tolerance_, 0.002, 0.6}},
-                 .colour = "#2f9e5b",
-                 .pose = {.position = {x_, 0.002, 0}}}};
-  }
-
- private:
-  double x_, sd_, tolerance_;
-};
+// --- What can be wished: above all where the ball comes to rest (5.1.1) -------------------------
 
 std::vector<TermKind> make_term_kinds() {
-  ParameterTable fields({
-      {.name = "x",
-       .minimum = -1000,
-       .maximum = 1000,
-       .unit = "m",
-       .summary = "Where the ball shall come to rest"},
-      {.name = "sd",
-       .default_value = 0.1,
-       .minimum = 1e-6,
-       .maximum = 1000,
-       .unit = "m",
-       .summary = "Softness: standard deviation of the miss under p_c",
-       .source = "5.1.1: 0.1 D"},
-      {.name = "tolerance",
-       .default_value = 0.1,
-       .minimum = 0,
-       .maximum = 1000,
-       .above_minimum = true,
-       .unit = "m",
-       .summary = "Satisfied if the ball rests this close",
-       .source = "figure 2: within 0.1 D"},
-  });
-  return {{.kind = "rest_position",
-           .summary = "The ball comes to rest near x",
-           .parameters = std::move(fields),
-           .make = [](const Parameters& term, const Parameters&, std::string_view, std::vector<Fault>&) {
-             return std::make_unique<const RestPosition>(term.number("x"), term.number("sd"),
-                                                         term.number("tolerance"));
-           }}};
+  return terms::general_terms(
+      {.roster =
+           [](const Parameters&) {
+             return terms::Roster{.movers = {{.name = kBallName, .tells_rest = true}}, .still = {kTableName}};
+           },
+       .only_body = kBallName,
+       .length = 0.1,
+       .speed = 0.5,
+       .source = "5.1.1 and figure 2: 0.1 D; speeds chosen, what a fall of 1 cm makes",
+       .mark_height = 0.002,
+       .flat = kMarkReach});
 }
 
 // --- The simulator -----------------------------------------------------------------------------
@@ -170,7 +130,11 @@ class BallPhysics final : public Physics {
                                       .position = Eigen::Vector3d(at, kRadius, 0) - kRadius * normal,
                                       .normal = normal});
         });
-    animation.tracks[0].rest.position = {x, kRadius, 0};
+    Track& track = animation.tracks[0];
+    track.name = kBallName;
+    track.start.position = {0, model_.drop_height, 0};
+    track.rest.position = {x, kRadius, 0};
+    track.settled = duration;
     measures[0] = x;
     if (recording.frames) record(duration, animation);
     return {.end = SimulationEnd::complete, .simulated_seconds = duration};
@@ -178,8 +142,8 @@ class BallPhysics final : public Physics {
 
  private:
   void record(double duration, Animation& animation) const {
-    animation.bodies = {Body{.name = "ball", .shape = Sphere{kRadius}, .colour = "#c8442f", .track = 0},
-                        Body{.name = "table",
+    animation.bodies = {Body{.name = kBallName, .shape = Sphere{kRadius}, .colour = "#c8442f", .track = 0},
+                        Body{.name = kTableName,
                              .shape = Box{{kTableHalfLength, 0.05, 1.2}},
                              .colour = "#b98b5a",
                              .pose = {.position = {0, -0.05, 0}}}};

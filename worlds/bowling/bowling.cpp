@@ -9,6 +9,7 @@
 #include "worlds/bowling/release.h"
 #include "worlds/bowling/throw.h"
 #include "worlds/bowling/view.h"
+#include "worlds/terms/terms.h"
 
 namespace retake::bowling {
 namespace {
@@ -119,6 +120,17 @@ json example(const char* title, json model, json down) {
           {"constraints", {{{"kind", "pins"}, {"down", std::move(down)}}}}};
 }
 
+std::vector<TermKind> make_term_kinds() {
+  std::vector<TermKind> kinds = terms::general_terms(
+      {.roster = [](const Parameters& model) { return roster(model.integer_set("rack")); },
+       .length = 0.1,
+       .speed = 0.5,
+       .source = "chosen: a ball's radius, and a twentieth of its speed",
+       .rests_need_frames = true});
+  kinds.insert(kinds.begin(), pins_term());
+  return kinds;
+}
+
 class BowlingWorld final : public World {
  public:
   std::string_view name() const override { return "bowling"; }
@@ -130,7 +142,7 @@ class BowlingWorld final : public World {
   Savings savings() const override { return {.stops_early = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }
   const std::vector<TermKind>& term_kinds() const override {
-    static const std::vector<TermKind> kinds = {pins_term()};
+    static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
   std::optional<Viewpoint> viewpoint(const Animation&) const override { return deck_viewpoint(); }

@@ -36,10 +36,10 @@ class Pins final : public Term {
     for (std::size_t i = 0; i < rack_.size(); ++i) {
       const Track& track = animation.tracks[kFirstPinTrack + i];
       if (must_fall_[i]) {
-        missing += track.toppled ? 0 : 1;
-        if (track.toppled) as_wished.push_back(rack_[i]);
+        missing += track.fell ? 0 : 1;
+        if (track.fell) as_wished.push_back(rack_[i]);
       } else {
-        const bool stands = !track.toppled;
+        const bool stands = !track.fell;
         const bool stayed = stands && (track.rest.position - track.start.position).norm() <= kMoved;
         missing += (stands ? 0 : 1) + (stayed ? 0 : 1);
         if (stayed) as_wished.push_back(rack_[i]);
@@ -56,7 +56,7 @@ class Pins final : public Term {
   double upper_bound(const Animation& so_far) const override {
     int missing = 0;
     for (std::size_t i = 0; i < rack_.size(); ++i)
-      if (!must_fall_[i] && so_far.tracks[kFirstPinTrack + i].toppled) missing += 2;
+      if (!must_fall_[i] && so_far.tracks[kFirstPinTrack + i].fell) missing += 2;
     return log_density(missing);
   }
 

@@ -70,9 +70,14 @@ class Throws final : public Physics {
     measure(roll, arrival.touches, measures);
     for (std::size_t i = 0; i < settings_.rack.size(); ++i) {
       Track& track = animation.tracks[kFirstPinTrack + i];
-      if (!track.toppled && arrival.touches) track.rest = deck_.pose(1 + i);
+      if (!track.fell && arrival.touches) track.rest = deck_.pose(1 + i);
     }
-    if (recording.frames) record_rest(roll, release.ball, seconds(arrival.start), animation);
+    if (!recording.frames) return outcome;
+    if (is_decided_against(recording, animation)) {
+      outcome.end = SimulationEnd::stopped;
+      return outcome;
+    }
+    record_rest(roll, release.ball, seconds(arrival.start), animation);
     return outcome;
   }
 
@@ -116,11 +121,12 @@ class Throws final : public Physics {
       Track& track = animation.tracks[kFirstPinTrack + i];
       track.start = {.position = pin_spot(settings_.rack[i]) + release.offsets[i] + Vector3d(0, height, 0)};
       track.rest = track.start;
-      track.toppled = false;
+      track.name = pin_name(settings_.rack[i]);
+      track.fell.reset();
     }
-    animation.tracks[0].start = {.position = release.motion.position};
-    animation.tracks[0].rest = animation.tracks[0].start;
-    animation.tracks[0].toppled = false;
+    Track& ball = animation.tracks[0];
+    ball.name = kBallName;
+    ball.start = ball.rest = {.position = release.motion.position};
   }
 
   /// Steps until the outcome is decided, or can no longer be what is needed.
@@ -136,9 +142,10 @@ class Throws final : public Physics {
       if (recording.frames) record_frame();
       if (static_cast<std::size_t>(deck_.down_count()) > fallen_.size()) {
         for (std::size_t i = 0; i < settings_.rack.size(); ++i) {
-          bool& toppled = animation.tracks[kFirstPinTrack + i].toppled;
-          if (deck_.is_down(i) && !toppled) fallen_.push_back(settings_.rack[i]);
-          toppled = deck_.is_down(i);
+          auto& fell = animation.tracks[kFirstPinTrack + i].fell;
+          if (!deck_.is_down(i) || fell) continue;
+          fallen_.push_back(settings_.rack[i]);
+          fell = deck_.time();
         }
         double bound = 0;
         for (const auto& term : recording.terms)
@@ -149,6 +156,17 @@ class Throws final : public Physics {
     // What has fallen has to stay so: bounds rely on it, and so does whoever watches.
     if (deck_.stands_again()) return ended(SimulationEnd::failed);
     return ended(SimulationEnd::complete);
+  }
+
+  /// Whether the decided outcome rules out what is needed, however it is played to rest: terms that read no
+  /// frames have their last word.
+  static bool is_decided_against(const Recording& recording, const Animation& decided) {
+    double bound = 0;
+    for (const auto& term : recording.terms) {
+      std::vector<double> measures(term->measures().size());
+      bound += term->reads_frames() ? term->upper_bound(decided) : term->score(decided, measures).log_density;
+    }
+    return bound <= recording.needed;
   }
 
   void measure(const Roll& roll, bool touches, std::span<double> measures) const {
@@ -249,7 +267,7 @@ class Throws final : public Physics {
         track.positions.col(frame) = pose.position;
         track.rotations.col(frame) = before = turn;
       }
-      if (body == 0 || track.toppled) {
+      if (body == 0 || track.fell) {
         track.rest.position = track.positions.rightCols<1>();
         track.rest.rotation = Eigen::Quaterniond(before);
       }

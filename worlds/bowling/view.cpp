@@ -116,15 +116,26 @@ Mesh finger_holes(double ball_radius) {
 
 }  // namespace
 
+std::string pin_name(int pin) {
+  return "pin_" + std::to_string(pin);
+}
+
+terms::Roster roster(const std::vector<int>& rack) {
+  terms::Roster roster{
+      .movers = {{.name = kBallName}},
+      .still = {"lane", "gutter_left", "gutter_right", "wall_left", "wall_right", "pit", "cushion"}};
+  for (const int pin : rack)
+    roster.movers.push_back({.name = pin_name(pin), .tells_fall = true});
+  return roster;
+}
+
 void write_scene(const std::vector<int>& rack, double ball_radius, Animation& animation) {
   std::vector<Body>& bodies = animation.bodies;
   bodies.clear();
-  bodies.push_back({.name = "ball", .shape = Sphere{ball_radius}, .colour = "#1d3f7a", .track = 0});
+  bodies.push_back({.name = kBallName, .shape = Sphere{ball_radius}, .colour = "#1d3f7a", .track = 0});
   for (std::size_t i = 0; i < rack.size(); ++i)
-    bodies.push_back({.name = "pin_" + std::to_string(rack[i]),
-                      .shape = whole_pin(),
-                      .colour = "#f6f1e7",
-                      .track = kFirstPinTrack + i});
+    bodies.push_back(
+        {.name = pin_name(rack[i]), .shape = whole_pin(), .colour = "#f6f1e7", .track = kFirstPinTrack + i});
 
   // What stands still, in the order of Still.
   const double w = kLaneHalfWidth, back = kCushion + kBehind, thick = 0.02;

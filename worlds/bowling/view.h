@@ -2,11 +2,22 @@
 // It must not know how anything moves.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "worlds/animation.h"
 #include "worlds/bowling/deck.h"
+#include "worlds/terms/roster.h"
 #include "worlds/world.h"
 
 namespace retake::bowling {
+
+/// What a constraint can name: the ball, the pins of a rack, and what they can hit. A pin tells when it
+/// falls.
+terms::Roster roster(const std::vector<int>& rack);
+
+inline constexpr const char* kBallName = "ball";
+std::string pin_name(int pin);
 
 /// Fills in Animation::bodies: the ball and the pins as the deck counts them, then what stands still, then
 /// what only the eye needs: the stripes on the pins, the lane's surroundings and markings, the finger holes.

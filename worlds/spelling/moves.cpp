@@ -321,16 +321,20 @@ class WordGuide final : public Guide {
     constexpr std::uint64_t kPatience = 150;
     constexpr std::size_t kRetreat = 4;
     const std::vector<std::size_t> active = word_.active(kept);
-    if (vain_tries > 0 && vain_tries % kPatience == 0 && !active.empty()) {
-      for (std::size_t i = active.size() - std::min(kRetreat, active.size()); i < active.size(); ++i)
-        set_slot(word_, candidate, active[i], {.is_on = 0, .x = kAbsent, .z = kAbsent});
-      return;
-    }
     const std::vector<std::size_t> bins = word_.free_bins(kept, score, Word::kNone);
     std::size_t ball = 0;
     while (ball < word_.balls() && word_.is_on(kept, ball))
       ++ball;
-    if (ball == word_.balls() || bins.empty()) return;
+    // A whole word that is not enough for what else is wished is taken back to any of its balls.
+    const bool is_whole = ball == word_.balls() || bins.empty();
+    const bool is_vain = vain_tries > 0 && vain_tries % kPatience == 0;
+    if ((is_whole || is_vain) && !active.empty()) {
+      const std::size_t back = is_whole ? 1 + random.index(active.size()) : std::min(kRetreat, active.size());
+      for (std::size_t i = active.size() - back; i < active.size(); ++i)
+        set_slot(word_, candidate, active[i], {.is_on = 0, .x = kAbsent, .z = kAbsent});
+      return;
+    }
+    if (is_whole) return;
     at(candidate, word_.marbles().switch_of(ball)) = 1;
     word_.set_place(candidate, ball, word_.draw_drop({bins[random.index(bins.size())]}, random));
   }

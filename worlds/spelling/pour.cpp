@@ -29,6 +29,8 @@ class Pours final : public Physics {
         box_(std::move(box)),
         settings_(settings),
         engine_(settings.engine, box_->make_surface()) {
+    for (std::size_t marble = 0; marble < marbles_->marble_count(); ++marble)
+      names_.push_back(marble_name(marble));
     const auto slots = static_cast<std::int64_t>(marbles_->marble_count());
     scene_.latest_step =
         slots * settings_.interval_steps +
@@ -91,7 +93,8 @@ class Pours final : public Physics {
       Track& track = animation.tracks[tracks_[marble]];
       track.start = {.position = scene_.bodies[marble]->place};
       track.rest = track.start;
-      track.toppled = false;
+      track.name = names_[marble];
+      track.fell.reset();
       track.settled.reset();
     }
     rested_.clear();
@@ -188,6 +191,7 @@ class Pours final : public Physics {
   std::shared_ptr<const Box> box_;
   PourSettings settings_;
   impulse::Resimulation engine_;
+  std::vector<std::string> names_;  ///< of the marbles
   // The pour under way.
   impulse::Scene scene_;
   std::vector<std::size_t> tracks_;      ///< of each marble

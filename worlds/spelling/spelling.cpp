@@ -11,11 +11,14 @@
 #include "worlds/spelling/pour.h"
 #include "worlds/spelling/view.h"
 #include "worlds/spelling/wish.h"
+#include "worlds/terms/terms.h"
 
 namespace retake::spelling {
 namespace {
 
 using nlohmann::json;
+
+constexpr double kMarkHeight = 0.0001;  // [m] half of a mark's, chosen: paint on the floors
 
 const ParameterTable& model_table() {
   static const impulse::Settings kEngine;
@@ -95,9 +98,14 @@ class SpellingScene final : public Scene {
 
   std::shared_ptr<const Model> model() const override { return marbles_->model(); }
   KernelTable kernels(Ratios ratios) const override { return marbles_->kernels(ratios); }
-  /// To the word, if there is one wish.
+  /// To the word, if there is one, whatever else is wished.
   std::shared_ptr<const Guide> guide(const Terms& wishes) const override {
-    const auto* wish = wishes.size() == 1 ? dynamic_cast<const Wish*>(wishes[0].get()) : nullptr;
+    const Wish* wish = nullptr;
+    for (const auto& term : wishes)
+      if (const auto* word = dynamic_cast<const Wish*>(term.get())) {
+        if (wish) return nullptr;
+        wish = word;
+      }
     if (!wish) return nullptr;
     return make_guide(*box_, marbles_, wish->pattern(), kFirstBinMeasure);
   }
@@ -127,6 +135,19 @@ void grow(int& columns, int& rows, const json& constraints) {
   }
 }
 
+std::vector<TermKind> make_term_kinds() {
+  std::vector<TermKind> kinds = wish_terms();
+  const std::vector<TermKind> general = terms::general_terms(
+      {.roster =
+           [](const Parameters& model) { return roster(static_cast<std::size_t>(model.integer("balls"))); },
+       .length = kMarbleRadius,
+       .speed = 0.1,
+       .source = "chosen: a marble's radius, and a tenth of the speed with which it falls into the box",
+       .mark_height = kMarkHeight});
+  kinds.insert(kinds.end(), general.begin(), general.end());
+  return kinds;
+}
+
 class SpellingWorld final : public World {
  public:
   std::string_view name() const override { return "spelling"; }
@@ -138,7 +159,7 @@ class SpellingWorld final : public World {
   Savings savings() const override { return {.stops_early = true, .resumes = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }
   const std::vector<TermKind>& term_kinds() const override {
-    static const std::vector<TermKind> kinds = wish_terms();
+    static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
   std::vector<json> examples() const override {

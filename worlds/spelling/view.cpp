@@ -69,12 +69,24 @@ std::vector<Vector3d> places_of(const impulse::TriangleMesh& mesh, std::span<con
 
 }  // namespace
 
+std::string marble_name(std::size_t marble) {
+  return "marble_" + std::to_string(marble + 1);
+}
+
+terms::Roster roster(std::size_t marbles) {
+  terms::Roster roster{.movers = {},
+                       .still = {"partitions", "floors", "wall_far", "wall_near", "wall_left", "wall_right"}};
+  for (std::size_t marble = 0; marble < marbles; ++marble)
+    roster.movers.push_back({.name = marble_name(marble), .tells_rest = true});
+  return roster;
+}
+
 void write_scene(const Box& box, std::span<const Vector3d> offsets, std::span<const std::size_t> marbles,
                  Animation& animation) {
   std::vector<Body>& bodies = animation.bodies;
   bodies.clear();
   for (std::size_t track = 0; track < marbles.size(); ++track)
-    bodies.push_back({.name = "marble_" + std::to_string(marbles[track] + 1),
+    bodies.push_back({.name = marble_name(marbles[track]),
                       .shape = Sphere{kMarbleRadius},
                       .colour = kGlass[marbles[track] % kGlass.size()],
                       .track = track});

@@ -4,13 +4,22 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 
 #include "worlds/animation.h"
 #include "worlds/spelling/box.h"
 #include "worlds/spelling/letters.h"
+#include "worlds/terms/roster.h"
 #include "worlds/world.h"
 
 namespace retake::spelling {
+
+/// What a constraint can name: so many marbles, each of which tells when it comes to rest, and what they can
+/// hit.
+terms::Roster roster(std::size_t marbles);
+
+/// Of the marble with an index from 0 on; names count from 1.
+std::string marble_name(std::size_t marble);
 
 /// Fills in Animation::bodies: the marbles, one for each track, named after their number from 1 on; then the
 /// box with its vertices where this pour's offsets put them, its walls, and what it stands on.

@@ -1,0 +1,159 @@
+// Draws that are placed where they satisfy: exact with any weights, with roulette and without, and the same
+// after any interruption. Each statistical comparison errs with probability 1e-6 unless it says more.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sampler/roulette.h"
+#include "tests/sampler/walk_checks.h"
+
+namespace retake::tests {
+namespace {
+
+/// Puts y where x lets it satisfy: in one part by a slope, in the other one evenly.
+class PlaceY final : public PlacedRedraw {
+ public:
+  explicit PlaceY(bool plays_roulette) : plays_roulette_(plays_roulette) {}
+  double place(const State& drawn, const Score&, State& candidate, RandomStream& random) const override {
+    const double x = drawn[TwoModes::kX];
+    if (x > 1.2 && x < 1.6) {
+      // Density 2 u / 0.1^2, u from 0 to 0.1.
+      const double u = 0.1 * std::sqrt(random.uniform());
+      candidate[TwoModes::kY] = 0.1 + u;
+      return -std::log(200 * u);
+    }
+    if (x > -1.0 && x < -0.7) {
+      candidate[TwoModes::kY] = 0.6 + 0.15 * random.uniform();
+      return std::log(0.15);
+    }
+    return -kInfinity;
+  }
+  double most_log_weight() const override { return std::log(0.3); }
+  std::size_t checkpoints() const override { return plays_roulette_ ? 1 : 0; }
+  std::size_t bins() const override { return 8; }
+  std::size_t bin(std::span<const double> features) const override {
+    // Parts and whole bins do not meet, so some bins are mixed.
+    return static_cast<std::size_t>(std::clamp(features[0] + 4, 0.0, 7.0));
+  }
+
+ private:
+  bool plays_roulette_;
+};
+
+struct Case {
+  TwoModes toy;
+  bool plays_roulette;
+};
+TwoModes placed(const Case& tested) {
+  TwoModes toy = tested.toy;
+  toy.placed = std::make_shared<const PlaceY>(tested.plays_roulette);
+  return toy;
+}
+std::vector<Case> all_cases() {
+  std::vector<Case> cases;
+  for (const TwoModes& toy : all_two_modes())
+    for (const bool plays_roulette : {false, true})
+      cases.push_back({toy, plays_roulette});
+  return cases;
+}
+
+ChainSettings with_seed(std::uint64_t seed) {
+  return {.seed = seed, .method = Method::conditional};
+}
+
+std::string name_of(const Case& tested) {
+  const std::string names[] = {"Level", "Stepped", "Sloped"};
+  return names[static_cast<std::size_t>(tested.toy.height)] + (tested.toy.hazards ? "WithHazards" : "") +
+         (tested.plays_roulette ? "AndRoulette" : "");
+}
+
+class PlacedTest : public ::testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(Toys, PlacedTest, ::testing::ValuesIn(all_cases()),
+                         [](const auto& tested) { return name_of(tested.param); });
+
+TEST_P(PlacedTest, IsExact) {
+  const Truth truth = truth_of(GetParam().toy, 1'000'000, 501);
+  EXPECT_LT(largest_t(runs_of(placed(GetParam()), with_seed(502), 30'000), truth), kLargestT);
+}
+
+/// Of toys whose simulations all end: whether they do may not depend on what is placed.
+class PlacedOddsTest : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Roulette, PlacedOddsTest, ::testing::Bool());
+
+TEST_P(PlacedOddsTest, AreThoseOfThePrior) {
+  const Case tested{.toy = {.height = TwoModes::Height::stepped}, .plays_roulette = GetParam()};
+  const Truth truth = truth_of(tested.toy, 1'000'000, 503);
+  const TwoModes toy = placed(tested);
+  std::vector<double> said;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    Chain chain(toy.target(), with_seed(504 + seed));
+    ToySimulator simulator = toy.simulator();
+    for (int i = 0; i < 20'000; ++i)
+      chain.step(simulator);
+    said.push_back(odds(chain.counts().odds)->probability);
+  }
+  const Moments of = moments(said);
+  EXPECT_LT(std::abs(of.mean - truth.probability) / std::hypot(of.standard_error(), truth.probability_error),
+            kLargestT);
+}
+
+TEST_P(PlacedTest, ResumedEqualsUninterrupted) {
+  expect_resumes(placed(GetParam()), with_seed(530), 6000, [](int i) { return i % 7 == 0 || i > 3900; });
+}
+
+TEST(Placed, DamagedCheckpointsAreRefused) {
+  const TwoModes toy = placed({.toy = {}, .plays_roulette = true});
+  for (const int iterations : {0, 50, 5000}) {
+    Chain chain(toy.target(), with_seed(531));
+    ToySimulator simulator = toy.simulator();
+    for (int i = 0; i < iterations; ++i)
+      chain.step(simulator);
+    expect_survives_damage(toy, with_seed(531), chain.checkpoint(), 3);
+  }
+}
+
+TEST(Placed, RouletteSavesWork) {
+  std::vector<double> seconds;
+  for (const bool plays_roulette : {false, true}) {
+    const TwoModes toy = placed({.toy = {}, .plays_roulette = plays_roulette});
+    Chain chain(toy.target(), with_seed(532));
+    ToySimulator simulator = toy.simulator();
+    for (int i = 0; i < 20'000; ++i)
+      chain.step(simulator);
+    seconds.push_back(chain.counts().simulated_seconds);
+  }
+  EXPECT_LT(seconds[1], 0.9 * seconds[0]);
+}
+
+TEST(Roulette, WhatPromisesMoreSurvivesMoreOften) {
+  Roulette roulette(2, 3);
+  for (int i = 0; i < 300; ++i)
+    roulette.learn({{.checkpoint = 0, .bin = 0, .seconds = 1}, {.checkpoint = 1, .bin = 1, .seconds = 2}},
+                   i % 3 == 0 ? 1 : 0, 3);
+  for (int i = 0; i < 3000; ++i)
+    roulette.learn({{.checkpoint = 0, .bin = 2, .seconds = 1}, {.checkpoint = 1, .bin = 2, .seconds = 2}}, 0,
+                   3);
+  EXPECT_EQ(roulette.survival(0, 2), 1) << "before it is frozen";
+  roulette.freeze();
+  EXPECT_EQ(roulette.survival(0, 0), 1);
+  EXPECT_LT(roulette.survival(0, 2), 0.5);
+  EXPECT_GT(roulette.survival(0, 2), 0);
+  // What was never met has what is to be expected of its checkpoint.
+  EXPECT_GT(roulette.survival(0, 1), roulette.survival(0, 2));
+}
+
+TEST(Roulette, WithoutAHitEverythingSurvives) {
+  Roulette roulette(1, 2);
+  for (int i = 0; i < 100; ++i)
+    roulette.learn({{.checkpoint = 0, .bin = 1, .seconds = 1}}, 0, 2);
+  roulette.freeze();
+  EXPECT_EQ(roulette.survival(0, 0), 1);
+  EXPECT_EQ(roulette.survival(0, 1), 1);
+}
+
+}  // namespace
+}  // namespace retake::tests

@@ -1,0 +1,206 @@
+// Symmetry: one die put where it is wished, painted as it is wished, is a draw of p(A | satisfied) with the
+// weight that is stated; the motion stays as it was drawn, bit for bit; what it costs does not depend on how
+// tight the wish is.
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sampler/chain.h"
+#include "tests/sampler/statistics.h"
+#include "tests/worlds/fixture.h"
+#include "worlds/dice/symmetry.h"
+
+namespace retake::tests {
+namespace {
+
+using nlohmann::json;
+
+std::shared_ptr<const Scenario> one_die(double tolerance, bool with_face,
+                                        const json& model = json::object()) {
+  json constraints = {
+      {{"kind", "rest_position"}, {"x", 0.12}, {"z", 0.03}, {"sd", tolerance}, {"tolerance", tolerance}}};
+  if (with_face) constraints.push_back({{"kind", "face_up"}, {"face", 6}});
+  return Scenario::read({{"world", "dice"}, {"model", model}, {"constraints", constraints}});
+}
+
+TEST(DiceSymmetry, TheScaledBesselFunctionIsThatOfTables) {
+  // Abramowitz and Stegun, table 9.8: exp(-x) I0(x).
+  EXPECT_NEAR(std::exp(dice::log_scaled_bessel_i0(0)), 1, 1e-12);
+  EXPECT_NEAR(std::exp(dice::log_scaled_bessel_i0(1)), 0.4657596077, 1e-9);
+  EXPECT_NEAR(std::exp(dice::log_scaled_bessel_i0(5)), 0.1835408126, 1e-9);
+  // The series takes over without a step.
+  EXPECT_NEAR(dice::log_scaled_bessel_i0(50 - 1e-9), dice::log_scaled_bessel_i0(50 + 1e-9), 1e-6);
+}
+
+TEST(DiceSymmetry, AnglesAreVonMises) {
+  RandomStream random({.seed = 61});
+  for (const double concentration : {0.0, 0.5, 4.0, 60.0, 2000.0}) {
+    constexpr int kDraws = 40'000;
+    double cosine = 0, sine = 0;
+    for (int i = 0; i < kDraws; ++i) {
+      const double angle = dice::draw_von_mises(1.0, concentration, random) - 1.0;
+      cosine += std::cos(angle) / kDraws;
+      sine += std::sin(angle) / kDraws;
+    }
+    // The mean of the cosine is I1 / I0.
+    const double expected =
+        concentration == 0    ? 0
+        : concentration > 500 ? 1 - 1 / (2 * concentration)
+                              : std::cyl_bessel_i(1.0, concentration) / std::cyl_bessel_i(0.0, concentration);
+    EXPECT_NEAR(cosine, expected, 5 * std::sqrt((1 - expected * expected) / kDraws)) << concentration;
+    EXPECT_NEAR(sine, 0, 5 / std::sqrt(kDraws)) << concentration;
+  }
+}
+
+/// Draws that are placed, one by one: what Placed does in a chain.
+struct PlacedThrow {
+  State drawn, placed;
+  Score score;  ///< of what was drawn
+  Score placed_score;
+  double log_weight;
+  double stepped;  ///< [s] for the second simulation
+};
+std::vector<PlacedThrow> place_throws(const Scenario& scenario, int draws, std::uint64_t seed) {
+  const auto performer = scenario.make_performer();
+  const auto target = scenario.target(Ratios::exact);
+  auto run = performer->make_run(), other = performer->make_run();
+  std::vector<PlacedThrow> throws;
+  for (int i = 0; i < draws; ++i) {
+    RandomStream random({.seed = seed, .iteration = static_cast<std::uint64_t>(i)});
+    PlacedThrow thrown;
+    thrown.drawn = draw_state(scenario.model(), random);
+    thrown.score.measures.resize(scenario.measures().size());
+    thrown.placed_score = thrown.score;
+    if (performer->simulate(thrown.drawn, {.record = run.get()}, thrown.score).end != SimulationEnd::complete)
+      continue;
+    thrown.placed = thrown.drawn;
+    thrown.log_weight = target->placed->place(thrown.drawn, thrown.score, thrown.placed, random);
+    const SimulationOutcome outcome = performer->simulate(
+        thrown.placed, {.current_state = &thrown.drawn, .current_run = run.get(), .record = other.get()},
+        thrown.placed_score);
+    EXPECT_EQ(outcome.end, SimulationEnd::complete);
+    thrown.stepped = outcome.simulated_seconds;
+    throws.push_back(std::move(thrown));
+  }
+  return throws;
+}
+
+TEST(DiceSymmetry, APlacedThrowEndsWhereItIsWishedWithoutAStep) {
+  for (const double tolerance : {0.004, 0.0001}) {
+    const auto scenario = one_die(tolerance, true);
+    const double most = scenario->target(Ratios::exact)->placed->most_log_weight();
+    int satisfied = 0, stepped = 0;
+    const std::vector<PlacedThrow> throws = place_throws(*scenario, 1500, 62);
+    for (const PlacedThrow& thrown : throws) {
+      satisfied += thrown.placed_score.satisfied ? 1 : 0;
+      stepped += thrown.stepped > 0 ? 1 : 0;
+      EXPECT_LE(thrown.log_weight, most);
+    }
+    // A die that leans shows no face, and may end with another one highest.
+    EXPECT_GT(satisfied, 0.985 * static_cast<double>(throws.size())) << tolerance;
+    EXPECT_EQ(stepped, 0) << "of " << throws.size();
+  }
+}
+
+/// Numbers of a throw, among them all that placing sets.
+std::vector<double> numbers(const Scenario& scenario, const State& state, const Score& score) {
+  const auto& measures = scenario.measures();
+  const auto value = [&](const std::string& name) {
+    for (std::size_t i = 0; i < measures.size(); ++i)
+      if (measures[i].name == name) return score.measures[i];
+    return kAbsent;
+  };
+  const auto& variables = scenario.model().variables();
+  const auto variable = [&](const std::string& name) {
+    for (std::size_t i = 0; i < variables.size(); ++i)
+      if (variables[i].name == name) return state[static_cast<Eigen::Index>(i)];
+    return kAbsent;
+  };
+  const double vx = variable("die_1_velocity_x"), vz = variable("die_1_velocity_z");
+  return {variable("die_1_x"),
+          variable("die_1_z"),
+          std::atan2(vz, vx),
+          std::hypot(vx, vz),
+          variable("die_1_height"),
+          variable("grid_mirrored"),
+          value("settling_time"),
+          value("touched_points"),
+          std::hypot(value("rest_x") - 0.12, value("rest_z") - 0.03),
+          variable("die_1_velocity_y")};
+}
+
+/// P(place) and moments: placed and weighted draws against plain ones that came out as wished.
+void expect_exact(double tolerance, int plain_draws, int placed_draws) {
+  // Draws are compared on the disc, whatever p_c is within it.
+  const auto scenario = one_die(tolerance, false);
+  std::vector<std::vector<double>> plain;
+  const auto performer = scenario->make_performer();
+  Score score;
+  score.measures.resize(scenario->measures().size());
+  for (int i = 0; i < plain_draws; ++i) {
+    RandomStream random({.seed = 63, .iteration = static_cast<std::uint64_t>(i)});
+    const State state = draw_state(scenario->model(), random);
+    if (performer->simulate(state, {}, score).end == SimulationEnd::complete && score.satisfied)
+      plain.push_back(numbers(*scenario, state, score));
+  }
+  std::vector<std::vector<double>> placed;
+  std::vector<double> weights;
+  double sum = 0, squares = 0;
+  for (const PlacedThrow& thrown : place_throws(*scenario, placed_draws, 64)) {
+    if (!thrown.placed_score.satisfied) continue;
+    weights.push_back(std::exp(thrown.log_weight));
+    sum += weights.back();
+    squares += weights.back() * weights.back();
+    placed.push_back(numbers(*scenario, thrown.placed, thrown.placed_score));
+  }
+  const double hits = static_cast<double>(plain.size());
+  const double p = hits / plain_draws, q = sum / placed_draws;
+  const double error = std::hypot(std::sqrt(hits) / plain_draws, std::sqrt(squares) / placed_draws);
+  std::printf("P(place) %.5f plainly (%g hits), %.5f placed, z %.2f\n", p, hits, q, (p - q) / error);
+  EXPECT_LT(std::abs(p - q), 5 * error);
+  for (std::size_t k = 0; k < plain[0].size(); ++k) {
+    double mean = 0, variance = 0, placed_mean = 0, placed_variance = 0;
+    for (const auto& each : plain)
+      mean += each[k] / hits;
+    for (const auto& each : plain)
+      variance += std::pow(each[k] - mean, 2) / hits / hits;
+    for (std::size_t i = 0; i < placed.size(); ++i)
+      placed_mean += weights[i] / sum * placed[i][k];
+    for (std::size_t i = 0; i < placed.size(); ++i)
+      placed_variance += std::pow(weights[i] / sum * (placed[i][k] - placed_mean), 2);
+    const double z = (mean - placed_mean) / std::sqrt(variance + placed_variance);
+    std::printf("number %zu: %.5f plainly, %.5f placed, z %.2f\n", k, mean, placed_mean, z);
+    EXPECT_LT(std::abs(z), 5) << k;
+  }
+}
+
+TEST(DiceSymmetry, IsExact) {
+  expect_exact(0.02, 4000, 4000);
+}
+TEST(SlowDiceSymmetry, IsExact) {
+  expect_exact(0.01, 400'000, 200'000);
+}
+
+TEST(DiceSymmetry, AChainCountsThrowsByTheirWeights) {
+  const auto scenario = one_die(0.001, true);
+  const auto performer = scenario->make_performer();
+  Chain chain(scenario->target(Ratios::exact), {.seed = 65, .method = Method::conditional});
+  EXPECT_EQ(chain.kernel_names(), std::vector<std::string>{"placed"});
+  for (int i = 0; i < 6000; ++i)
+    if (chain.step(*performer)) {
+      EXPECT_TRUE(chain.stay().score.satisfied);
+      EXPECT_GE(chain.stay().weight, 1u);
+    }
+  EXPECT_GT(chain.counts().samples, 3u);
+  const auto said = odds(chain.counts().odds);
+  ASSERT_TRUE(said.has_value());
+  // The study has 3.9e-5 for the place, a sixth of it with a face.
+  EXPECT_GT(said->probability, 2e-6);
+  EXPECT_LT(said->probability, 2e-5);
+}
+
+}  // namespace
+}  // namespace retake::tests

@@ -1,0 +1,254 @@
+// See symmetry.h.
+#include "worlds/dice/symmetry.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "sampler/check.h"
+#include "worlds/dice/throw.h"
+
+namespace retake::dice {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kPi = std::numbers::pi;
+
+double& at(State& state, std::size_t variable) {
+  return state[static_cast<Eigen::Index>(variable)];
+}
+double at(const State& state, std::size_t variable) {
+  return state[static_cast<Eigen::Index>(variable)];
+}
+
+/// (along, across) of a direction: turns `vector` by the angle of `heading`, a unit vector.
+Vector2d turned(const Vector2d& vector, const Vector2d& heading) {
+  return {heading.x() * vector.x() - heading.y() * vector.y(),
+          heading.y() * vector.x() + heading.x() * vector.y()};
+}
+Vector2d turned_back(const Vector2d& vector, const Vector2d& heading) {
+  return turned(vector, {heading.x(), -heading.y()});
+}
+Vector2d mirror(const Vector2d& displacement, bool mirrored) {
+  return {displacement.x(), mirrored ? -displacement.y() : displacement.y()};
+}
+
+/// The same horizontal speed, bit for bit, in another direction: then nothing of the motion changes. What
+/// rounding makes of it is put right in the last places.
+Vector2d velocity_of(double speed, const Vector2d& direction) {
+  constexpr int kReach = 16;  // chosen: few directions need half as many
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  // Steps that move the square of the speed by a quarter of its last place, if they can.
+  const auto step = [&](double value) {
+    const double least = kEpsilon * std::abs(value), most = 1e-12 * speed;
+    return std::clamp(kEpsilon * speed * speed / (8 * std::abs(value)), least, std::max(least, most));
+  };
+  const Vector2d plain = speed * direction, steps(step(plain.x()), step(plain.y()));
+  for (int reach = 0; reach <= kReach; ++reach)
+    for (int i = -reach; i <= reach; ++i)
+      for (int j = -reach; j <= reach; ++j) {
+        const Vector2d velocity(plain.x() + i * steps.x(), plain.y() + j * steps.y());
+        if (std::sqrt(velocity.x() * velocity.x() + velocity.y() * velocity.y()) == speed) return velocity;
+      }
+  return plain;  // simulated anew, then
+}
+
+double log_sum(double a, double b) {
+  const double most = std::max(a, b);
+  return most + std::log(std::exp(a - most) + std::exp(b - most));
+}
+
+/// What a throw's heading is, given its start's distance from the target: von Mises again.
+struct HeadingPosterior {
+  double mean, concentration;
+};
+
+}  // namespace
+
+double log_scaled_bessel_i0(double x) {
+  constexpr double kLarge = 50;  // beyond it three terms of the asymptotic series are exact to 1e-7
+  if (x < kLarge) return std::log(std::cyl_bessel_i(0.0, x)) - x;
+  const double y = 1 / (8 * x);
+  return std::log(1 + y * (1 + y * (4.5 + y * 37.5))) - 0.5 * std::log(2 * kPi * x);
+}
+
+double draw_von_mises(double mean, double concentration, RandomStream& random) {
+  if (concentration < 1e-6) return mean + kPi * (2 * random.uniform() - 1);
+  const double tau = 1 + std::sqrt(1 + 4 * concentration * concentration);
+  const double rho = (tau - std::sqrt(2 * tau)) / (2 * concentration);
+  const double r = (1 + rho * rho) / (2 * rho);
+  for (;;) {
+    const double z = std::cos(kPi * random.uniform());
+    const double f = (1 + r * z) / (r + z), c = concentration * (r - f);
+    const double u = random.uniform();
+    if (c * (2 - c) > u || std::log(c / u) + 1 >= c) {
+      const double angle = std::acos(std::clamp(f, -1.0, 1.0));
+      return mean + (random.bernoulli(0.5) ? angle : -angle);
+    }
+  }
+}
+
+Symmetry::Symmetry(std::shared_ptr<const DiceModel> model, const EndWish& wish, const EndMeasures& measures)
+    : model_(std::move(model)), wish_(wish), measures_(measures) {
+  CHECK(model_->settings().dice == 1 && model_->settings().pose == GridPose::random);
+  if (wish_.place) most_log_weight_ += most_log_weight_of_place();
+  if (wish_.face && model_->settings().random_paint) most_log_weight_ -= std::log(6);
+}
+
+namespace {
+
+// Bins of the roulette, as the study found them to be of use.
+constexpr std::size_t kRadialBins = 12, kAngularBins = 4, kSpeedBins = 3;
+constexpr double kRadialBin = 0.015, kAngularBin = 0.2, kSpeedBin = 0.1;  // [m], [rad], [m/s]
+
+std::size_t bin_of(double value, double width, std::size_t bins) {
+  return static_cast<std::size_t>(std::min(std::max(value, 0.0) / width, static_cast<double>(bins - 1)));
+}
+
+}  // namespace
+
+std::size_t Symmetry::checkpoints() const {
+  return wish_.place ? look_times(model_->settings()).size() : 0;
+}
+
+std::size_t Symmetry::bins() const {
+  return kRadialBins * kAngularBins * kSpeedBins;
+}
+
+std::size_t Symmetry::bin(std::span<const double> features) const {
+  // How far it will miss: of the distance, and of the direction, the better one of the throw and its mirror
+  // image.
+  const Vector2d rest(features[0], features[1]), target(wish_.place->x, wish_.place->z);
+  const double wanted = std::atan2(target.y(), target.x());
+  const double across = std::abs(std::abs(std::atan2(rest.y(), rest.x())) - std::abs(wanted));
+  const std::size_t radial =
+      bin_of(rest.norm() - target.norm() + kRadialBin * kRadialBins / 2, kRadialBin, kRadialBins);
+  const std::size_t angular = bin_of(across, kAngularBin, kAngularBins);
+  return (radial * kAngularBins + angular) * kSpeedBins + bin_of(features[2], kSpeedBin, kSpeedBins);
+}
+
+double Symmetry::concentration(double speed) const {
+  const double spread = model_->settings().speed_spread;
+  return model_->settings().speed * speed / (spread * spread);
+}
+
+Vector2d Symmetry::displacement(const State& state, const Score& score) const {
+  const std::size_t start = model_->start_x(0), velocity = model_->velocity_x(0);
+  const Vector2d moved(score.measures[measures_.rest_x] - at(state, start),
+                       score.measures[measures_.rest_z] - at(state, start + 2));
+  const Vector2d heading = Vector2d(at(state, velocity), at(state, velocity + 2)).normalized();
+  return mirror(turned_back(moved, heading), at(state, model_->mirrored()) == 1);
+}
+
+namespace {
+
+/// The heading's prior is von Mises about x, and its likelihood too: the start, Gaussian about the origin, is
+/// the target less the displacement turned by the heading.
+HeadingPosterior posterior(double prior_concentration, const Vector2d& displacement, const Vector2d& target,
+                           double start_spread) {
+  const double strength = displacement.norm() * target.norm() / (start_spread * start_spread);
+  const double angle = std::atan2(target.y(), target.x()) - std::atan2(displacement.y(), displacement.x());
+  const Vector2d sum(prior_concentration + strength * std::cos(angle), strength * std::sin(angle));
+  return {.mean = std::atan2(sum.y(), sum.x()), .concentration = sum.norm()};
+}
+
+/// log of the density of ending at the target, per area [1/m2], with heading and start integrated out.
+double log_density(double prior_concentration, const Vector2d& displacement, const Vector2d& target,
+                   double start_spread) {
+  const HeadingPosterior heading = posterior(prior_concentration, displacement, target, start_spread);
+  const double variance = start_spread * start_spread;
+  return -std::log(2 * kPi * variance) -
+         (displacement.squaredNorm() + target.squaredNorm()) / (2 * variance) + heading.concentration +
+         log_scaled_bessel_i0(heading.concentration) - prior_concentration -
+         log_scaled_bessel_i0(prior_concentration);
+}
+
+}  // namespace
+
+double Symmetry::log_weight_of_place(double speed, const Vector2d& displacement,
+                                     const Vector2d& target) const {
+  const double spread = model_->settings().start_spread, prior = concentration(speed);
+  const double area = kPi * wish_.place->radius * wish_.place->radius;
+  return std::log(0.5 * area) + log_sum(log_density(prior, displacement, target, spread),
+                                        log_density(prior, mirror(displacement, true), target, spread));
+}
+
+double Symmetry::place(const State& drawn, const Score& score, State& candidate, RandomStream& random) const {
+  double log_weight = 0;
+  if (wish_.place) log_weight += place_die(drawn, score, candidate, random);
+  if (wish_.face && model_->settings().random_paint) log_weight += paint_die(drawn, score, candidate, random);
+  return log_weight;
+}
+
+double Symmetry::place_die(const State& drawn, const Score& score, State& candidate,
+                           RandomStream& random) const {
+  // Where in the disc it is to end.
+  const double radius = wish_.place->radius * std::sqrt(random.uniform());
+  const double angle = 2 * kPi * random.uniform();
+  const Vector2d target(wish_.place->x + radius * std::cos(angle), wish_.place->z + radius * std::sin(angle));
+
+  // Handedness, heading and start, in this order.
+  const Vector2d moved = displacement(drawn, score);
+  const std::size_t start = model_->start_x(0), velocity = model_->velocity_x(0);
+  const double vx = at(drawn, velocity), vz = at(drawn, velocity + 2), speed = std::sqrt(vx * vx + vz * vz);
+  const double spread = model_->settings().start_spread, prior = concentration(speed);
+  const double plain = log_density(prior, moved, target, spread);
+  const double mirrored = log_density(prior, mirror(moved, true), target, spread);
+  const bool is_mirrored = random.bernoulli(1 / (1 + std::exp(plain - mirrored)));
+  const Vector2d along = mirror(moved, is_mirrored);
+  const HeadingPosterior heading = posterior(prior, along, target, spread);
+  const double direction = draw_von_mises(heading.mean, heading.concentration, random);
+  const Vector2d flight = velocity_of(speed, {std::cos(direction), std::sin(direction)});
+  const Vector2d from = target - turned(along, flight.normalized());
+  at(candidate, model_->mirrored()) = is_mirrored ? 1 : 0;
+  at(candidate, velocity) = flight.x();
+  at(candidate, velocity + 2) = flight.y();
+  at(candidate, start) = from.x();
+  at(candidate, start + 2) = from.y();
+  return log_weight_of_place(speed, moved, target);
+}
+
+/// One of the four paints by which the face that is up shows what is wished; one that is no face is left.
+double Symmetry::paint_die(const State& drawn, const Score& score, State& candidate,
+                           RandomStream& random) const {
+  const double up = score.measures[measures_.top_face];
+  if (std::isnan(up)) return 0;
+  const auto of_drawn = std::min(static_cast<std::size_t>(at(drawn, model_->paint(0))), kPaints - 1);
+  Vector3d side = paints()[of_drawn] * face_normal(static_cast<int>(up));
+  // A mirrored motion is that of a mirrored die, whose paint is not mirrored.
+  if (at(drawn, model_->mirrored()) != at(candidate, model_->mirrored())) side.z() = -side.z();
+  std::vector<std::size_t> fitting;
+  for (std::size_t paint = 0; paint < kPaints; ++paint)
+    if ((paints()[paint] * face_normal(*wish_.face)).dot(side) > 0.5) fitting.push_back(paint);
+  CHECK(fitting.size() == 4, fitting.size());
+  at(candidate, model_->paint(0)) =
+      static_cast<double>(fitting[random.index(fitting.size())]) + random.uniform();
+  return -std::log(6);
+}
+
+double Symmetry::most_log_weight_of_place() const {
+  // Over displacements of every length and angle, and targets nearest and farthest in the disc.
+  const DiceSettings& settings = model_->settings();
+  const Vector2d centre(wish_.place->x, wish_.place->z);
+  const double speed = settings.speed + 5 * settings.speed_spread, radius = wish_.place->radius;
+  const double distance = centre.norm(), step = settings.start_spread / 10;
+  double most = -std::numeric_limits<double>::infinity();
+  for (const double r : {std::max(distance - radius, 0.0), distance, distance + radius}) {
+    const Vector2d target = distance > 0 ? Vector2d(centre * (r / distance)) : Vector2d(r, 0);
+    for (double length = 0; length <= r + 5 * settings.start_spread; length += step)
+      for (int i = -180; i <= 180; ++i) {
+        const double angle = i * kPi / 180;
+        const Vector2d displacement(length * std::cos(angle), length * std::sin(angle));
+        most = std::max(most, log_weight_of_place(speed, displacement, target));
+      }
+  }
+  return most + 0.002;  // between the points of the grid
+}
+
+}  // namespace retake::dice

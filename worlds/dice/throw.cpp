@@ -1,0 +1,241 @@
+// See throw.h.
+#include "worlds/dice/throw.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "worlds/dice/view.h"
+
+namespace retake::dice {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kFrameRate = 60;  // [frames/s]
+
+// The measures: these, then those of each die.
+enum MeasureIndex : std::size_t { kSettlingTime, kTouchedPoints, kDiceMet, kFirstOfDice };
+enum DieMeasure : std::size_t { kTopFace, kRestX, kRestZ, kDieMeasures };
+
+class Throws final : public Physics {
+ public:
+  Throws(std::shared_ptr<const DiceModel> model, const EngineSettings& engine, const DieShape& shape)
+      : model_(std::move(model)), tumbler_(engine, shape, model_->settings().table) {
+    for (std::size_t die = 0; die < model_->settings().dice; ++die)
+      names_.push_back(die_name(die));
+    for (const Look& look : look_times(model_->settings()))
+      look_steps_.push_back(std::llround(look.seconds / engine.time_step));
+  }
+
+  std::unique_ptr<retake::Run> make_run() const override { return std::make_unique<Tumble>(); }
+
+  SimulationOutcome simulate(const State& state, const Recording& recording, Animation& animation,
+                             std::span<double> measures) override {
+    throw_ = model_->read(state);
+    begin(animation);
+    if (is_out_of_reach(recording, animation)) return {.end = SimulationEnd::stopped};
+
+    // Tumble, from the run of the current State where there is one.
+    auto* run = static_cast<Tumble*>(recording.record);
+    if (!run && recording.frames) run = &run_;
+    const auto* record = static_cast<const Tumble*>(recording.current_run);
+    if (record && !record->complete) record = nullptr;
+    const TumbleOutcome outcome = tumbler_.simulate(
+        throw_.scene, record, run,
+        [&](std::span<const Hit> hits) {
+          for (std::size_t i = animation.events.size(); i < hits.size(); ++i)
+            animation.events.push_back(event(hits[i]));
+          return is_out_of_reach(recording, animation);
+        },
+        looks_for(recording.watch));
+    if (outcome.end != TumbleEnd::rests)
+      return ended(outcome.end == TumbleEnd::stopped ? SimulationEnd::stopped : SimulationEnd::failed,
+                   outcome);
+
+    // Tell what happened.
+    settle(outcome.step_count, animation);
+    measure(outcome.step_count, animation, measures);
+    if (recording.frames) {
+      record_frames(*run, animation);
+      write_scene(tumbler_.shape(), throw_, run->states, tumbler_.table(), animation);
+    }
+    return ended(SimulationEnd::complete, outcome);
+  }
+
+ private:
+  std::size_t dice_count() const { return throw_.scene.dice.size(); }
+  double seconds(std::int64_t steps) const {
+    return static_cast<double>(steps) * tumbler_.engine().time_step;
+  }
+  Pose placed(std::size_t die, const Vector3d& position, const Quaterniond& rotation) const {
+    return {.position = throw_.placement.point(position),
+            .rotation = (throw_.placement.rotation(rotation) * paints()[throw_.paint[die]]).normalized()};
+  }
+  Pose placed(std::size_t die, const DieState& state) const {
+    return placed(die, state.position, state.rotation);
+  }
+
+  /// A single die is looked at as it rolls: where it may come to rest, from its start along and across its
+  /// heading, and how fast it still is.
+  Looks looks_for(Watch* watch) const {
+    if (!watch || dice_count() > 1) return {};
+    return {
+        .steps = look_steps_, .goes_on = [this, watch](std::size_t which, std::span<const DieState> dice) {
+          const DieState& start = throw_.scene.dice[0].state;
+          const Vector3d heading =
+              Vector3d(start.linear_velocity.x(), 0, start.linear_velocity.z()).normalized();
+          const Vector3d across(-heading.z(), 0, heading.x());
+          const Vector3d velocity = dice[0].linear_velocity;
+          const Vector3d rest =
+              dice[0].position - start.position + look_times(model_->settings())[which].rolls_on * velocity;
+          const std::array<double, 3> features = {rest.dot(heading), rest.dot(across),
+                                                  std::hypot(velocity.x(), velocity.z())};
+          return watch->goes_on(which, seconds(look_steps_[which]), features);
+        }};
+  }
+
+  void begin(Animation& animation) const {
+    animation.rate = kFrameRate;
+    animation.frames = 0;
+    animation.events.clear();
+    animation.tracks.resize(dice_count());
+    for (std::size_t die = 0; die < dice_count(); ++die) {
+      Track& track = animation.tracks[die];
+      track.start = placed(die, throw_.scene.dice[die].state);
+      track.rest = track.start;
+      track.name = names_[die];
+      track.fell.reset();
+      track.settled.reset();
+    }
+  }
+
+  static bool is_out_of_reach(const Recording& recording, const Animation& animation) {
+    double bound = 0;
+    for (const auto& term : recording.terms)
+      bound += term->upper_bound(animation);
+    return bound <= recording.needed;
+  }
+
+  SimulationOutcome ended(SimulationEnd end, const TumbleOutcome& outcome) const {
+    return {.end = end,
+            .simulated_seconds = seconds(outcome.stepped),
+            .skipped_seconds = seconds(outcome.step_count - outcome.stepped)};
+  }
+
+  ContactEvent event(const Hit& hit) const {
+    const std::size_t other =
+        hit.other == kTable ? table_body(dice_count()) : static_cast<std::size_t>(hit.other);
+    return {.time = seconds(hit.step + 1),
+            .bodies = {static_cast<std::size_t>(hit.die), other},
+            .impulse = hit.impulse,
+            .position = throw_.placement.point(hit.point),
+            .normal = throw_.placement.direction(hit.normal)};
+  }
+
+  /// A die that rests may be hit by another one; so none rests for good before all do.
+  void settle(std::int64_t last_step, Animation& animation) const {
+    for (std::size_t die = 0; die < dice_count(); ++die) {
+      Track& track = animation.tracks[die];
+      track.rest = placed(die, tumbler_.states()[die]);
+      track.settled = seconds(last_step);
+    }
+  }
+
+  void measure(std::int64_t last_step, const Animation& animation, std::span<double> measures) const {
+    const auto met = [](const Hit& hit) { return hit.other != kTable; };
+    const std::span<const Hit> hits = tumbler_.hits();
+    measures[kSettlingTime] = seconds(last_step);
+    measures[kTouchedPoints] = static_cast<double>(tumbler_.touches().size());
+    measures[kDiceMet] = std::any_of(hits.begin(), hits.end(), met) ? 1 : 0;
+    for (std::size_t die = 0; die < dice_count(); ++die) {
+      const Pose& rest = animation.tracks[die].rest;
+      const int face = top_face(rest.rotation);
+      const std::span<double> of_die = measures.subspan(kFirstOfDice);
+      of_die[kTopFace * dice_count() + die] = face == 0 ? kAbsent : face;
+      of_die[kRestX * dice_count() + die] = rest.position.x();
+      of_die[kRestZ * dice_count() + die] = rest.position.z();
+    }
+  }
+
+  /// Poses between steps by interpolation.
+  void record_frames(const Tumble& run, Animation& animation) const {
+    constexpr double kRounding = 1e-9;  // of a frame
+    const double steps_a_frame = 1 / (kFrameRate * tumbler_.engine().time_step);
+    const auto last = static_cast<double>(run.step_count());
+    animation.frames = static_cast<std::size_t>(std::ceil(last / steps_a_frame - kRounding)) + 1;
+    for (std::size_t die = 0; die < dice_count(); ++die) {
+      Track& track = animation.tracks[die];
+      const auto columns = static_cast<Eigen::Index>(animation.frames);
+      track.positions.resize(3, columns);
+      track.rotations.resize(4, columns);
+      Eigen::Vector4d before = track.start.rotation.coeffs();
+      for (Eigen::Index frame = 0; frame < columns; ++frame) {
+        const double steps = std::min(static_cast<double>(frame) * steps_a_frame, last);
+        const Pose pose = pose_at(run, die, steps);
+        Eigen::Vector4d turn = pose.rotation.coeffs();
+        if (turn.dot(before) < 0) turn = -turn;
+        track.positions.col(frame) = pose.position;
+        track.rotations.col(frame) = before = turn;
+      }
+      if (track.rest.rotation.coeffs().dot(before) < 0) track.rest.rotation.coeffs() *= -1;
+    }
+  }
+
+  Pose pose_at(const Tumble& run, std::size_t die, double steps) const {
+    const auto whole = static_cast<std::int64_t>(std::floor(steps));
+    const DieState& begin = run.row(whole)[die];
+    if (whole == run.step_count()) return placed(die, begin);
+    const DieState& end = run.row(whole + 1)[die];
+    const double share = steps - static_cast<double>(whole);
+    Eigen::Vector4d turn = end.rotation.coeffs();
+    if (turn.dot(begin.rotation.coeffs()) < 0) turn = -turn;
+    turn = (1 - share) * begin.rotation.coeffs() + share * turn;
+    return placed(die, begin.position + share * (end.position - begin.position),
+                  Quaterniond(turn).normalized());
+  }
+
+  std::shared_ptr<const DiceModel> model_;
+  Tumbler tumbler_;
+  std::vector<std::string> names_;  ///< of the dice
+  std::vector<std::int64_t> look_steps_;
+  // The throw under way.
+  DiceThrow throw_;
+  Tumble run_;  ///< of throws that nobody else records
+};
+
+}  // namespace
+
+std::array<Look, 7> look_times(const DiceSettings& settings) {
+  // After the mean time of the fall; measured in the study with default settings, where it is 0.146 s.
+  constexpr double kGravity = 9.81;
+  constexpr std::array<Look, 7> kAfterFall = {
+      {{0.03, 0.19}, {0.06, 0.18}, {0.09, 0.16}, {0.13, 0.14}, {0.175, 0.12}, {0.225, 0.11}, {0.285, 0.1}}};
+  const double fall = std::sqrt(2 * std::max(settings.drop_height - 0.01, 0.01) / kGravity);
+  std::array<Look, 7> looks = kAfterFall;
+  for (Look& look : looks)
+    look.seconds += fall;
+  return looks;
+}
+
+std::vector<Measure> throw_measures(std::size_t dice) {
+  std::vector<Measure> measures = {{"settling_time"}, {"touched_points"}, {"dice_met", Measure::Kind::flag}};
+  for (const char* name : {"top_face", "rest_x", "rest_z"})
+    for (std::size_t die = 1; die <= dice; ++die) {
+      if (dice == 1)
+        measures.push_back({name});
+      else
+        measures.push_back({.name = std::string(name) + "_" + std::to_string(die), .list = name});
+    }
+  return measures;
+}
+
+std::unique_ptr<Physics> make_throws(std::shared_ptr<const DiceModel> model, const EngineSettings& engine,
+                                     const DieShape& shape) {
+  return std::make_unique<Throws>(std::move(model), engine, shape);
+}
+
+}  // namespace retake::dice

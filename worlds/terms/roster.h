@@ -1,0 +1,74 @@
+// Roster: the bodies of a scene by the names that constraints use, and where an Animation has them.
+// DESIGN section 4. It must not know which world it is of.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "worlds/animation.h"
+#include "worlds/document.h"
+
+namespace retake::terms {
+
+/// A side that a body can show, such as that of a die with six pips.
+struct Face {
+  int number;
+  Eigen::Vector3d normal;  ///< unit vector outwards, in the frame of the body's poses
+};
+
+/// All bodies that animations of a scene may have, as far as constraints can name them.
+struct Roster {
+  struct Mover {
+    std::string name;           ///< of its Track
+    std::vector<Face> faces{};  ///< none: it has no sides
+    bool tells_rest = false;    ///< Track::settled says when it comes to rest
+    bool tells_fall = false;    ///< Track::fell says when it falls
+  };
+  std::vector<Mover> movers;       ///< an animation may lack some
+  std::vector<std::string> still;  ///< what else can be hit, as it follows the movers in Animation::bodies
+};
+
+/// Null, and a fault at `pointer`, if the roster has no mover of that name.
+const Roster::Mover* find_mover(const Roster& roster, const std::string& name, const std::string& pointer,
+                                std::vector<Fault>& faults);
+
+/// The track of a name; null if that body takes no part in the animation.
+const Track* find_track(const Animation& animation, std::string_view name);
+
+inline constexpr const char* kAnyBody = "any";  ///< in place of a name
+
+/// A body of a roster or any of them, to be found in contact events.
+class Partner {
+ public:
+  /// Appends a fault at `pointer` if the roster has no body of that name, mover or still.
+  static Partner read(const Roster& roster, const std::string& name, const std::string& pointer,
+                      std::vector<Fault>& faults);
+
+  /// In this animation: which of Animation::bodies it is, no body at all, or any.
+  class Here {
+   public:
+    bool is(std::size_t body) const { return any_ || body == body_; }
+
+   private:
+    friend class Partner;
+    bool any_ = false;
+    std::optional<std::size_t> body_{};
+  };
+  Here in(const Animation& animation) const;
+
+ private:
+  std::string mover_{};                 ///< empty if it is none
+  std::optional<std::size_t> still_{};  ///< which of Roster::still; neither: any body
+};
+
+/// When a body touches another one [s], in order of time: the contacts so far that are not softer than an
+/// impulse [N s].
+std::vector<double> contact_times(const Animation& animation, const Partner& body, const Partner& with,
+                                  double least_impulse);
+
+}  // namespace retake::terms
