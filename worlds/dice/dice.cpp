@@ -245,19 +245,45 @@ class DiceScene final : public Scene {
   std::shared_ptr<const DiceModel> model_;
 };
 
-json example(const char* title, int dice, int sum) {
+json sum_example() {
   return {{"world", "dice"},
-          {"title", title},
-          {"model", {{"dice", dice}}},
-          {"constraints", {{{"kind", "total"}, {"sum", sum}}}}};
+          {"title", "Two dice that show seven"},
+          {"model", {{"dice", 2}}},
+          {"constraints", {{{"kind", "total"}, {"sum", 7}}}}};
+}
+
+/// That a die comes to rest within the tolerance of a place, all in metres, with a face up.
+json::array_t spot(int die, double x, double z, double tolerance, int face) {
+  json rests = {{"kind", "rest_position"}, {"x", x}, {"z", z}, {"sd", tolerance}, {"tolerance", tolerance}};
+  json shows = {{"kind", "face_up"}, {"face", face}};
+  if (die > 0) rests["body"] = shows["body"] = "die_" + std::to_string(die);
+  return {std::move(rests), std::move(shows)};
 }
 
 json spot_example() {
   return {{"world", "dice"},
           {"title", "A six within a millimetre"},
-          {"constraints",
-           {{{"kind", "rest_position"}, {"x", 0.12}, {"z", 0.03}, {"sd", 0.001}, {"tolerance", 0.001}},
-            {{"kind", "face_up"}, {"face", 6}}}}};
+          {"constraints", spot(0, 0.12, 0.03, 0.001, 6)}};
+}
+
+/// Dice on one table that may hit each other, side by side in the end.
+json row_example() {
+  json wishes = json::array();
+  for (int die = 1; die <= 3; ++die)
+    for (json& wish : spot(die, 0.12, 0.024 * (die - 2), 0.004, die))
+      wishes.push_back(std::move(wish));
+  return {{"world", "dice"},
+          {"title", "One, two, three in a row"},
+          {"model", {{"dice", 3}}},
+          {"constraints", std::move(wishes)}};
+}
+
+/// Figure 9: six dice, each on a table of its own, "told to land in a specific place showing a specific
+/// side".
+json figure_9_example(int die) {
+  return {{"world", "dice"},
+          {"title", "Figure 9: die " + std::to_string(die)},
+          {"constraints", spot(0, 0.12, 0.02 * (die - 3.5), 0.004, die)}};
 }
 
 std::vector<TermKind> make_term_kinds() {
@@ -291,7 +317,10 @@ class DiceWorld final : public World {
   }
   std::optional<Viewpoint> viewpoint(const Animation& shown) const override { return throw_viewpoint(shown); }
   std::vector<json> examples() const override {
-    return {spot_example(), example("A die that shows six", 1, 6), example("Two dice that show seven", 2, 7)};
+    std::vector<json> all = {spot_example(), row_example(), sum_example()};
+    for (int die = 1; die <= 6; ++die)
+      all.push_back(figure_9_example(die));
+    return all;
   }
   std::shared_ptr<const Scene> make_scene(const Parameters& model,
                                           std::vector<Fault>& faults) const override {
