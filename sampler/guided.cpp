@@ -47,6 +47,7 @@ void Guided::start(Simulator& simulator) {
 }
 
 bool Guided::step(Simulator& simulator) {
+  if (guide_.reads_runs() && !walker_.run) renew_run(simulator, walker_);
   switch (phase_) {
     case Phase::building:
       build(simulator);
@@ -67,23 +68,30 @@ void Guided::build(Simulator& simulator) {
   KernelCounter& counter = counts_.kernels[kBuilding];
   ++counter.proposed;
   candidate_ = walker_.stay.state;
-  guide_.extend(*target_.model, walker_.stay.state, walker_.stay.score, vain_tries_, candidate_, draws);
+  guide_.extend(*target_.model, simulated(walker_), vain_tries_, candidate_, draws);
   candidate_log_prior_ = target_.model->log_prior(candidate_);
   ++vain_tries_;
-  if (candidate_log_prior_ == kImpossible || !simulate_candidate(simulator, &walker_, kImpossible) ||
-      !guide_.keeps(walker_.stay.state, walker_.stay.score, candidate_, candidate_score_))
+  const std::unique_ptr<Watch> watch = guide_.watch(simulated(walker_), candidate_, draws);
+  if (candidate_log_prior_ == kImpossible ||
+      !simulate_candidate(simulator, &walker_, kImpossible, watch.get()) ||
+      !guide_.keeps(simulated(walker_), simulated_candidate()))
     return;
   vain_tries_ = 0;
   ++counter.accepted;
   ++counts_.accepted;
   move_to_candidate(walker_);
+  if (!guide_.places() || walker_.stay.score.satisfied) return;
+  candidate_ = walker_.stay.state;
+  if (guide_.place(simulated(walker_), candidate_, draws) &&
+      simulate_candidate(simulator, &walker_, kImpossible))
+    move_to_candidate(walker_);
 }
 
 void Guided::move(const ScoredKernelTable& kernels, std::size_t first_counter, bool conditional,
                   Simulator& simulator) {
   RandomStream draws = random(Purpose::proposal);
   const std::size_t row = kernels.choose(draws.uniform());
-  step_by(*kernels.rows()[row].kernel, counts_.kernels[first_counter + row], draws,
+  step_by(*kernels.rows()[row].kernel, &guide_, counts_.kernels[first_counter + row], draws,
           std::log(random(Purpose::acceptance).uniform()), {.conditional = conditional}, simulator, walker_);
 }
 

@@ -33,7 +33,6 @@ class Placed final : public Walk {
   Roulette roulette_;
   std::uint64_t learned_from_ = 0;  ///< draws
   // Of the iteration under way.
-  Walker drawn_;
   std::vector<Roulette::Visit> visits_;
   double survival_ = 1;
   double seconds_ = 0;  ///< [s] that were simulated

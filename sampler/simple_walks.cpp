@@ -27,7 +27,7 @@ bool Metropolis::propose(Simulator& simulator) {
   double u = draws.uniform();
   if (target_.scored_kernels && u < kScoredShare) {
     const std::size_t row = target_.scored_kernels->choose(u / kScoredShare);
-    return step_by(*target_.scored_kernels->rows()[row].kernel,
+    return step_by(*target_.scored_kernels->rows()[row].kernel, nullptr,
                    counts_.kernels[target_.kernels.rows().size() + row], draws, log_u, {}, simulator,
                    walker_);
   }

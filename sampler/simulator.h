@@ -39,6 +39,10 @@ enum class SimulationEnd {
 class Watch {
  public:
   virtual ~Watch() = default;
+  /// Which of the bodies that move is looked at.
+  virtual std::size_t body() const { return 0; }
+  /// Whether the simulation goes on if that body meets another one.
+  virtual bool may_meet() const { return true; }
   /// `seconds` [s] are simulated; the world says what `features` of a checkpoint are. False: the simulation
   /// is stopped.
   virtual bool goes_on(std::size_t checkpoint, double seconds, std::span<const double> features) = 0;

@@ -112,22 +112,30 @@ bool Walk::step_by(const Kernel& kernel, KernelCounter& counter, RandomStream& d
   candidate_ = walker.stay.state;
   const double log_hastings = kernel.propose(*target_.model, walker.stay.state, candidate_, draws);
   if (!is_move(walker, counter)) return false;
-  if (!reaches(needed_for(log_hastings, log_u, aim, walker.stay), aim, simulator, walker)) return false;
+  const double needed = needed_for(log_hastings, log_u, aim, walker.stay);
+  if (!is_worth_it(needed) || !simulate_candidate(simulator, &walker, needed) || !is_reached(needed, aim))
+    return false;
   accept(counter, walker);
   return true;
 }
 
-bool Walk::step_by(const ScoredKernel& kernel, KernelCounter& counter, RandomStream& draws, double log_u,
-                   const Aim& aim, Simulator& simulator, Walker& walker) {
-  const Stay& stay = walker.stay;
-  candidate_ = stay.state;
-  const double bound = kernel.propose(*target_.model, stay.state, stay.score, candidate_, draws);
+bool Walk::step_by(const ScoredKernel& kernel, const Guide* guide, KernelCounter& counter,
+                   RandomStream& draws, double log_u, const Aim& aim, Simulator& simulator, Walker& walker) {
+  candidate_ = walker.stay.state;
+  const double bound = kernel.propose(*target_.model, simulated(walker), candidate_, draws);
   if (!is_move(walker, counter)) return false;
-  if (!reaches(needed_for(bound, log_u, aim, stay), aim, simulator, walker)) return false;
-  const double log_hastings =
-      kernel.log_hastings(*target_.model, stay.state, stay.score, candidate_, candidate_score_);
+  const double needed = needed_for(bound, log_u, aim, walker.stay);
+  if (!is_worth_it(needed)) return false;
+
+  const bool places = guide && guide->places();
+  const std::unique_ptr<Watch> watch = kernel.watch(walker.stay.state, candidate_, draws);
+  if (!simulate_candidate(simulator, &walker, places ? kImpossible : needed, watch.get())) return false;
+  if (places && !place_candidate(*guide, draws, simulator, needed)) return false;
+  if (!is_reached(needed, aim)) return false;
+
+  const double log_hastings = kernel.log_hastings(*target_.model, simulated(walker), simulated_candidate());
   CHECK(log_hastings <= bound + 1e-9, log_hastings, bound);
-  if (!(candidate_score_.log_constraint > needed_for(log_hastings, log_u, aim, stay))) return false;
+  if (!is_reached(needed_for(log_hastings, log_u, aim, walker.stay), aim)) return false;
   accept(counter, walker);
   return true;
 }
@@ -158,12 +166,14 @@ double Walk::needed_for(double log_hastings, double log_u, const Aim& aim, const
   return needed;
 }
 
-bool Walk::reaches(double needed, const Aim& aim, Simulator& simulator, const Walker& walker) {
-  // The answer may be known already: outside the support, or log_constraint <= 0 cannot reach it.
+bool Walk::is_worth_it(double needed) const {
+  // Outside the support, or where log_constraint <= 0 cannot reach it, the answer is known.
   const bool hopeless = needed >= 0;
-  const bool simulate = settings_.early_rejection ? !hopeless : candidate_log_prior_ != kImpossible;
-  return simulate && simulate_candidate(simulator, &walker, needed) &&
-         candidate_score_.log_constraint > needed && (!aim.conditional || candidate_score_.satisfied);
+  return settings_.early_rejection ? !hopeless : candidate_log_prior_ != kImpossible;
+}
+
+bool Walk::is_reached(double needed, const Aim& aim) const {
+  return candidate_score_.log_constraint > needed && (!aim.conditional || candidate_score_.satisfied);
 }
 
 void Walk::accept(KernelCounter& counter, Walker& walker) {
@@ -207,6 +217,24 @@ void Walk::move_to_candidate(Walker& walker) {
   stay.weight = 1;
   stay.is_sample = stay.score.satisfied;
   walker.was_simulated = true;
+}
+
+bool Walk::place_candidate(const Guide& guide, RandomStream& draws, Simulator& simulator, double needed) {
+  std::swap(drawn_.stay.state, candidate_);
+  std::swap(drawn_.stay.score, candidate_score_);
+  std::swap(drawn_.run, candidate_run_);
+  candidate_ = drawn_.stay.state;
+  candidate_score_.measures.resize(drawn_.stay.score.measures.size());
+  return guide.place(simulated(drawn_), candidate_, draws) && simulate_candidate(simulator, &drawn_, needed);
+}
+
+void Walk::renew_run(Simulator& simulator, Walker& walker) {
+  candidate_ = walker.stay.state;
+  const std::uint64_t simulations = counts_.simulations, failed = counts_.failed_simulations;
+  simulate_candidate(simulator, nullptr, kImpossible);
+  counts_.simulations = simulations;
+  counts_.failed_simulations = failed;
+  std::swap(walker.run, candidate_run_);
 }
 
 double Walk::needed_to_satisfy() const {

@@ -65,12 +65,22 @@ class Walk {
   /// equal to the current State is no move and costs no simulation.
   bool step_by(const Kernel& kernel, KernelCounter& counter, RandomStream& draws, double log_u,
                const Aim& aim, Simulator& simulator, Walker& walker);
-  bool step_by(const ScoredKernel& kernel, KernelCounter& counter, RandomStream& draws, double log_u,
-               const Aim& aim, Simulator& simulator, Walker& walker);
+  /// A guide says how candidates are placed, where it places.
+  bool step_by(const ScoredKernel& kernel, const Guide* guide, KernelCounter& counter, RandomStream& draws,
+               double log_u, const Aim& aim, Simulator& simulator, Walker& walker);
   /// Simulates candidate_, from `walker` if there is one to resume from. True if its Score is whole.
   bool simulate_candidate(Simulator& simulator, const Walker* walker, double needed, Watch* watch = nullptr);
   /// The walker moves to candidate_.
   void move_to_candidate(Walker& walker);
+  /// Places candidate_, which was simulated, as the guide says; it is simulated again where it is placed.
+  /// True if its Score is whole.
+  bool place_candidate(const Guide& guide, RandomStream& draws, Simulator& simulator, double needed);
+  /// Simulates again where a walker stands, to have its run.
+  void renew_run(Simulator& simulator, Walker& walker);
+  static Simulated simulated(const Walker& walker) {
+    return {walker.stay.state, walker.stay.score, walker.run.get()};
+  }
+  Simulated simulated_candidate() const { return {candidate_, candidate_score_, candidate_run_.get()}; }
   /// Below this a log_constraint says that the animation is not satisfied: what `needed` may be for
   /// candidates that have to be.
   double needed_to_satisfy() const;
@@ -85,14 +95,16 @@ class Walk {
   double candidate_log_prior_ = 0;
   Score candidate_score_;
   std::unique_ptr<Run> candidate_run_;
+  Walker drawn_;  ///< the candidate before it was placed
 
  private:
   /// True if candidate_, which was proposed, is another State; else its proposal counts as accepted.
   bool is_move(const Walker& walker, KernelCounter& counter);
   /// What the candidate's log_constraint has to exceed, strictly, to be accepted.
   double needed_for(double log_hastings, double log_u, const Aim& aim, const Stay& stay) const;
-  /// Simulates candidate_ unless it is hopeless. True if its log_constraint exceeds `needed`.
-  bool reaches(double needed, const Aim& aim, Simulator& simulator, const Walker& walker);
+  /// Whether candidate_ is to be simulated: the answer may be known already.
+  bool is_worth_it(double needed) const;
+  bool is_reached(double needed, const Aim& aim) const;
   void accept(KernelCounter& counter, Walker& walker);
 
   bool resumes_;  ///< until the simulator has no Run to offer

@@ -24,16 +24,16 @@ ChainSettings with_seed(std::uint64_t seed) {
 class JumpByScore final : public ScoredKernel {
  public:
   explicit JumpByScore(bool stays_in_mode) : stays_in_mode_(stays_in_mode) {}
-  double propose(const Model&, const State& current, const Score& score, State& candidate,
+  double propose(const Model&, const Simulated& current, State& candidate,
                  RandomStream& random) const override {
-    const std::size_t mode = random.bernoulli(share(current, score)) ? 0 : 1;
+    const std::size_t mode = random.bernoulli(share(current.state, current.score)) ? 0 : 1;
     candidate[TwoModes::kX] = kLow[mode][0] + kWidth[0] * random.uniform();
     candidate[TwoModes::kY] = kLow[mode][1] + kWidth[1] * random.uniform();
-    return std::log(1 / (kWidth[0] * kWidth[1])) - log_density(current, score, candidate);
+    return std::log(1 / (kWidth[0] * kWidth[1])) - log_density(current.state, current.score, candidate);
   }
-  double log_hastings(const Model&, const State& current, const Score& score, const State& candidate,
-                      const Score& candidate_score) const override {
-    return log_density(candidate, candidate_score, current) - log_density(current, score, candidate);
+  double log_hastings(const Model&, const Simulated& current, const Simulated& candidate) const override {
+    return log_density(candidate.state, candidate.score, current.state) -
+           log_density(current.state, current.score, candidate.state);
   }
 
  private:
@@ -59,13 +59,13 @@ class JumpByScore final : public ScoredKernel {
 class Unscored final : public ScoredKernel {
  public:
   explicit Unscored(std::shared_ptr<const Kernel> kernel) : kernel_(std::move(kernel)) {}
-  double propose(const Model& model, const State& current, const Score&, State& candidate,
+  double propose(const Model& model, const Simulated& current, State& candidate,
                  RandomStream& random) const override {
-    return kernel_->propose(model, current, candidate, random);
+    return kernel_->propose(model, current.state, candidate, random);
   }
-  double log_hastings(const Model& model, const State& current, const Score&, const State& candidate,
-                      const Score&) const override {
-    return is_redraw() ? model.log_prior(current) - model.log_prior(candidate) : 0;
+  double log_hastings(const Model& model, const Simulated& current,
+                      const Simulated& candidate) const override {
+    return is_redraw() ? model.log_prior(current.state) - model.log_prior(candidate.state) : 0;
   }
 
  private:
@@ -93,12 +93,12 @@ class ToyGuide final : public Guide {
       model.draw(random, state);
     while (model.log_prior(state) == -kInfinity);
   }
-  void extend(const Model& model, const State&, const Score&, std::uint64_t, State& candidate,
+  void extend(const Model& model, const Simulated&, std::uint64_t, State& candidate,
               RandomStream& random) const override {
     model.draw(random, candidate);
   }
-  bool keeps(const State&, const Score&, const State&, const Score& candidate_score) const override {
-    return candidate_score.satisfied;
+  bool keeps(const Simulated&, const Simulated& candidate) const override {
+    return candidate.score.satisfied;
   }
   const ScoredKernelTable& kernels() const override { return kernels_; }
   const ScoredKernelTable& soft_kernels() const override { return soft_kernels_; }

@@ -36,7 +36,7 @@ class PlaneTable {
     dice::MovingDie die{&state, 0};
     const auto steps = std::lround(time / engine_.time_step);
     for (std::int64_t step = 0; step < steps && !die.rests; ++step) {
-      step_.advance(step, {&die, 1}, hits_);
+      step_.advance(step, {&die, 1}, hits_, meetings_);
       look(state);
     }
   }
@@ -50,6 +50,7 @@ class PlaneTable {
   dice::TableContent content_;
   dice::DiceStep step_;
   std::vector<dice::Hit> hits_;
+  std::vector<dice::Meeting> meetings_;
 };
 
 TEST(DicePhysics, ADieThatFallsFlatRebounds) {
@@ -115,9 +116,9 @@ TEST(DicePhysics, EnergyNeverGrows) {
     dice::Tumble run;
     ASSERT_EQ(table.tumbler.simulate(table.draw_scene(311, static_cast<std::uint64_t>(i)), nullptr, &run).end,
               dice::TumbleEnd::rests);
-    const double start = dice::energy(shape, run.states.front(), engine.gravity);
+    const double start = dice::energy(shape, run.paths[0]->states.front(), engine.gravity);
     double before = start, gained = 0;
-    for (const DieState& state : run.states) {
+    for (const DieState& state : run.paths[0]->states) {
       const double now = dice::energy(shape, state, engine.gravity);
       EXPECT_LT(now - before, 3e-4 * start);
       gained += std::max(now - before, 0.0);
@@ -165,8 +166,9 @@ TEST(DicePhysics, DiceThatCollideKeepTheirMomentum) {
     const double energy_before = energies();
     std::array<dice::MovingDie, 2> moving = {dice::MovingDie{&dice[0], 0}, dice::MovingDie{&dice[1], 1}};
     std::vector<dice::Hit> hits;
+    std::vector<dice::Meeting> meetings;
     for (int k = 0; k < 100; ++k)
-      step.advance(k, moving, hits);
+      step.advance(k, moving, hits, meetings);
     EXPECT_LT((momentum() - momentum_before).norm(), 1e-12);
     EXPECT_LT((spin() - spin_before).norm(), 1e-9);
     EXPECT_LT(energies(), energy_before * (1 + 1e-12));

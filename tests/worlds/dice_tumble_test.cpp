@@ -14,9 +14,20 @@ using dice::TumbleScene;
 /// Whether two runs are the same in every bit.
 void expect_same(const Tumble& a, const Tumble& b) {
   ASSERT_EQ(a.complete, b.complete);
-  ASSERT_EQ(a.states.size(), b.states.size());
-  for (std::size_t i = 0; i < a.states.size(); ++i)
-    ASSERT_TRUE(a.states[i].same_bits(b.states[i])) << i;
+  ASSERT_EQ(a.step_count, b.step_count);
+  ASSERT_EQ(a.paths.size(), b.paths.size());
+  for (std::size_t die = 0; die < a.paths.size(); ++die) {
+    const dice::DiePath &path = *a.paths[die], &other = *b.paths[die];
+    ASSERT_EQ(path.launch_step, other.launch_step);
+    ASSERT_EQ(path.states.size(), other.states.size()) << die;
+    for (std::size_t i = 0; i < path.states.size(); ++i)
+      ASSERT_TRUE(path.states[i].same_bits(other.states[i])) << die << ' ' << i;
+    ASSERT_EQ(path.touches.size(), other.touches.size()) << die;
+    for (std::size_t i = 0; i < path.touches.size(); ++i) {
+      ASSERT_EQ(path.touches[i].place, other.touches[i].place) << die << ' ' << i;
+      ASSERT_EQ(path.touches[i].step, other.touches[i].step) << die << ' ' << i;
+    }
+  }
   ASSERT_EQ(a.hits.size(), b.hits.size());
   for (std::size_t i = 0; i < a.hits.size(); ++i) {
     ASSERT_EQ(a.hits[i].step, b.hits[i].step);
@@ -26,10 +37,11 @@ void expect_same(const Tumble& a, const Tumble& b) {
     ASSERT_EQ(a.hits[i].point, b.hits[i].point);
     ASSERT_EQ(a.hits[i].normal, b.hits[i].normal);
   }
-  ASSERT_EQ(a.touches.size(), b.touches.size());
-  for (std::size_t i = 0; i < a.touches.size(); ++i) {
-    ASSERT_EQ(a.touches[i].place, b.touches[i].place) << i;
-    ASSERT_EQ(a.touches[i].step, b.touches[i].step) << i;
+  ASSERT_EQ(a.meetings.size(), b.meetings.size());
+  for (std::size_t i = 0; i < a.meetings.size(); ++i) {
+    ASSERT_EQ(a.meetings[i].step, b.meetings[i].step);
+    ASSERT_EQ(a.meetings[i].first, b.meetings[i].first);
+    ASSERT_EQ(a.meetings[i].second, b.meetings[i].second);
   }
 }
 
@@ -61,6 +73,13 @@ State changed(const DiceTable& table, const State& state, RandomStream& random) 
   return other;
 }
 
+std::size_t shared_paths(const Tumble& a, const Tumble& b) {
+  std::size_t shared = 0;
+  for (std::size_t die = 0; die < a.paths.size(); ++die)
+    shared += a.paths[die] == b.paths[die] ? 1 : 0;
+  return shared;
+}
+
 /// Walks by random changes; every run is resumed from the one before and compared with a full one.
 void expect_resumed_runs_are_full_ones(const DiceSettings& settings, std::uint64_t seed, int changes) {
   DiceTable resumed(settings), full(settings);
@@ -69,6 +88,7 @@ void expect_resumed_runs_are_full_ones(const DiceSettings& settings, std::uint64
   Tumble current, next, whole;
   resumed.tumbler.simulate(resumed.model.read(state).scene, nullptr, &current);
   std::int64_t stepped = 0, all = 0, unchanged = 0;
+  bool alone = false;
   for (int i = 0; i < changes; ++i) {
     const State candidate = changed(resumed, state, random);
     const TumbleScene scene = resumed.model.read(candidate).scene;
@@ -83,12 +103,14 @@ void expect_resumed_runs_are_full_ones(const DiceSettings& settings, std::uint64
     stepped += outcome.stepped;
     all += complete.stepped;
     unchanged += outcome.stepped == 0 ? 1 : 0;
+    alone = alone || (record && outcome.stepped > 0 && shared_paths(next, *record) > 0);
     if (!random.bernoulli(0.5)) continue;
     state = candidate;
     std::swap(current, next);
   }
   EXPECT_LT(stepped, all * 9 / 10) << "resuming saves something";
   EXPECT_GT(unchanged, changes / 10) << "most control points are never touched";
+  EXPECT_EQ(alone, settings.dice > 1) << "dice that nothing happens to are not simulated";
 }
 
 TEST(DiceTumble, ResumedRunsAreFullOnes) {
@@ -110,7 +132,7 @@ TEST(DiceTumble, AStoppedRunIsNotLookedAtAsIfItWereComplete) {
   EXPECT_EQ(outcome.end, dice::TumbleEnd::stopped);
   EXPECT_FALSE(run.complete);
   EXPECT_GE(run.hits.size(), 2u);
-  EXPECT_EQ(run.step_count(), outcome.step_count);
+  EXPECT_EQ(run.step_count, outcome.step_count);
 }
 
 TEST(DiceTumble, GivenControlPointsMoveDiceAsThoseOfTheKeyDo) {
@@ -150,12 +172,13 @@ TEST(DiceTumble, WhatWasNeverTouchedDoesNotMatter) {
     for (std::int32_t x = -20; x < 40; ++x)
       for (std::int32_t z = -25; z < 25; ++z) {
         const dice::GridPlace place{x, z};
-        const bool touched = std::any_of(a.touches.begin(), a.touches.end(),
+        const std::vector<dice::FirstTouch>& touches = a.paths[0]->touches;
+        const bool touched = std::any_of(touches.begin(), touches.end(),
                                          [&](const dice::FirstTouch& touch) { return touch.place == place; });
         if (!touched)
           scene.table.overrides.push_back({place, draw_control_point(table.model.settings().table, random)});
       }
-    EXPECT_EQ(first_difference(scene, a), a.step_count());
+    EXPECT_FALSE(first_difference(table.model.settings().table, scene, a, 0).has_value());
     table.tumbler.simulate(scene, nullptr, &b);
     ASSERT_NO_FATAL_FAILURE(expect_same(a, b));
   }
@@ -173,18 +196,18 @@ TEST(DiceTumble, DiceMeetAndWakeThoseThatRest) {
                : 0;
     for (std::size_t die = 0; die < 4; ++die) {
       bool rested = false;
-      for (std::int64_t step = 0; step <= run.step_count(); ++step) {
-        const bool rests = run.row(step)[die].quiet_steps >= dice::EngineSettings().rest_steps();
+      for (std::int64_t step = 0; step <= run.step_count; ++step) {
+        const bool rests = run.paths[die]->at(step).quiet_steps >= dice::EngineSettings().rest_steps();
         woken += rested && !rests ? 1 : 0;
         rested = rests;
       }
       EXPECT_TRUE(rested);
     }
     // In the end no two dice are in each other: their centres are at least a side apart.
-    const auto rests = run.row(run.step_count());
     for (std::size_t a = 0; a < 4; ++a)
       for (std::size_t b = 0; b < a; ++b)
-        EXPECT_GT((rests[a].position - rests[b].position).norm(), 0.95 * kDieSide);
+        EXPECT_GT((run.paths[a]->states.back().position - run.paths[b]->states.back().position).norm(),
+                  0.95 * kDieSide);
   }
   EXPECT_GT(met, 5);
   EXPECT_GT(woken, 0);

@@ -189,8 +189,8 @@ TEST(SpellingMoves, AMoveTakenBackGivesTheSameBits) {
     RandomStream random({.seed = 36, .iteration = i});
     const ScoredKernelTable& kernels = scenario->target(Ratios::exact)->guide->kernels();
     State candidate = current;
-    kernels.rows()[kernels.choose(random.uniform())].kernel->propose(scenario->model(), current, score,
-                                                                     candidate, random);
+    kernels.rows()[kernels.choose(random.uniform())].kernel->propose(
+        scenario->model(), {current, score, run.get()}, candidate, random);
     if (scenario->model().log_prior(candidate) == -std::numeric_limits<double>::infinity()) continue;
     performer->simulate(candidate,
                         {.current_state = &current, .current_run = run.get(), .record = candidate_run.get()},

@@ -6,12 +6,12 @@
 #include <utility>
 
 #include "worlds/dice/dice_model.h"
+#include "worlds/dice/end_wish.h"
+#include "worlds/dice/moves.h"
 #include "worlds/dice/symmetry.h"
 #include "worlds/dice/throw.h"
 #include "worlds/dice/total.h"
 #include "worlds/dice/view.h"
-#include "worlds/terms/face_up.h"
-#include "worlds/terms/rest_position.h"
 #include "worlds/terms/terms.h"
 
 namespace retake::dice {
@@ -190,29 +190,6 @@ DiceSettings settings_of(const Parameters& model) {
           .interval = model.number("interval")};
 }
 
-/// The first of each kind; what else is wished is weighed once the die is placed.
-EndWish end_wish(const Terms& wishes) {
-  EndWish wish;
-  for (const auto& term : wishes) {
-    const auto* rests = dynamic_cast<const terms::RestPosition*>(term.get());
-    const auto* shows = dynamic_cast<const terms::FaceUp*>(term.get());
-    if (rests && !wish.place)
-      wish.place = {.x = rests->place().x, .z = rests->place().z, .radius = rests->place().tolerance};
-    if (shows && !wish.face) wish.face = shows->face();
-  }
-  return wish;
-}
-
-EndMeasures end_measures() {
-  const std::vector<Measure> measures = throw_measures(1);
-  const auto index_of = [&](const char* name) {
-    const auto found = std::find_if(measures.begin(), measures.end(),
-                                    [&](const Measure& measure) { return measure.name == name; });
-    return static_cast<std::size_t>(found - measures.begin());
-  };
-  return {.top_face = index_of("top_face"), .rest_x = index_of("rest_x"), .rest_z = index_of("rest_z")};
-}
-
 class DiceScene final : public Scene {
  public:
   explicit DiceScene(const Parameters& parameters)
@@ -229,17 +206,26 @@ class DiceScene final : public Scene {
         coordinates.push_back({.variable = model_->velocity_x(die) + component});
     return coordinates;
   }
-  /// One die on a grid of random pose can be put anywhere.
   std::shared_ptr<const PlacedRedraw> placed(const Terms& wishes) const override {
-    if (model_->settings().dice > 1 || model_->settings().pose != GridPose::random) return nullptr;
-    const EndWish wish = end_wish(wishes);
-    if (!wish.place && !wish.face) return nullptr;
-    return std::make_shared<const Symmetry>(model_, wish, end_measures());
+    const EndWish wish = end_wishes(wishes, dice()).front();
+    if (!can_be_placed() || !wish.is_wish()) return nullptr;
+    return std::make_shared<const Symmetry>(model_, wish, end_measures(dice()));
+  }
+  std::shared_ptr<const Guide> guide(const Terms& wishes) const override {
+    std::vector<EndWish> of_dice = end_wishes(wishes, dice());
+    const bool is_any =
+        std::any_of(of_dice.begin(), of_dice.end(), [](const EndWish& wish) { return wish.is_wish(); });
+    if (can_be_placed() || !is_any) return nullptr;
+    return make_dice_guide(model_, engine_, std::move(of_dice), end_measures(dice()));
   }
   std::vector<Measure> measures() const override { return throw_measures(model_->settings().dice); }
   std::unique_ptr<Physics> make_physics() const override { return make_throws(model_, engine_, shape_); }
 
  private:
+  std::size_t dice() const { return model_->settings().dice; }
+  /// One die on a grid of random pose can be put anywhere.
+  bool can_be_placed() const { return dice() == 1 && model_->settings().pose == GridPose::random; }
+
   EngineSettings engine_;
   DieShape shape_;
   std::shared_ptr<const DiceModel> model_;

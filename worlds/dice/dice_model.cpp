@@ -99,11 +99,13 @@ DiceThrow DiceModel::read(const State& state) const {
     if (const Vector3d values = vector_at(state, override_of(i)); !std::isnan(values[0]))
       table.overrides.push_back({kPatch.place(i), {values[0], values[1], values[2]}});
 
-  // The dice, the first of which says how the grid lies.
+  // The dice.
   for (std::size_t die = 0; die < settings_.dice; ++die) {
     Launch launch;
     const double start = static_cast<double>(die) * settings_.interval;
     launch.step = static_cast<std::int64_t>(std::lround(start / engine_.time_step));
+    launch.state.position = vector_at(state, start_x(die));
+    launch.state.linear_velocity = vector_at(state, velocity_x(die));
     launch.state.angular_velocity = vector_at(state, spin_x(die));
     launch.state.rotation =
         Quaterniond(state.segment<4>(static_cast<Eigen::Index>(orientation_x(die)))).normalized();
@@ -113,32 +115,44 @@ DiceThrow DiceModel::read(const State& state) const {
     };
     thrown.paint.push_back(settings_.random_paint ? paint_of() : kPlainPaint);
   }
-  thrown.placement = place_first_die(state, thrown.scene);
-  for (std::size_t die = 1; die < settings_.dice; ++die) {
-    DieState& launched = thrown.scene.dice[die].state;
-    launched.position = thrown.placement.point_in_grid(vector_at(state, start_x(die)));
-    launched.linear_velocity = thrown.placement.direction_in_grid(vector_at(state, velocity_x(die)));
-  }
   const double longest = static_cast<double>(settings_.dice - 1) * settings_.interval + kLongestRoll;
   thrown.scene.latest_step = static_cast<std::int64_t>(std::lround(longest / engine_.time_step));
+
+  // Where the grid lies.
+  if (settings_.pose == GridPose::random && settings_.dice == 1)
+    thrown.placement = place_with_die(state, thrown.scene.dice[0].state);
+  else if (settings_.pose == GridPose::random)
+    thrown.placement = place_with_world(state, thrown.scene.dice);
   return thrown;
 }
 
-Placement DiceModel::place_first_die(const State& state, TumbleScene& scene) const {
-  DieState& launched = scene.dice[0].state;
-  const Vector3d start = vector_at(state, start_x(0)), velocity = vector_at(state, velocity_x(0));
-  launched.position = start;
-  launched.linear_velocity = velocity;
-  if (settings_.pose == GridPose::fixed) return Placement();
-  // Nothing of the motion comes from where the die starts in the world, or in which direction it flies there.
+/// Nothing of the motion comes from where the die starts in the world, or in which direction it flies there.
+Placement DiceModel::place_with_die(const State& state, DieState& launched) const {
+  const Vector3d start = launched.position, velocity = launched.linear_velocity;
   const double speed = std::sqrt(velocity.x() * velocity.x() + velocity.z() * velocity.z());
-  const Vector2d in_grid(std::cos(at(state, heading())), std::sin(at(state, heading())));
+  const Vector2d in_grid = heading_in_grid(state);
   launched.position.x() = at(state, phase_x());
   launched.position.z() = at(state, phase_x() + 1);
   launched.linear_velocity.x() = speed * in_grid.x();
   launched.linear_velocity.z() = speed * in_grid.y();
   return Placement(launched.position, start, in_grid, Vector2d(velocity.x(), velocity.z()) / speed,
                    at(state, mirrored()) == 1);
+}
+
+/// What one die does says nothing of where the grid lies for the others.
+Placement DiceModel::place_with_world(const State& state, std::vector<Launch>& dice) const {
+  const Vector3d origin(at(state, phase_x()), 0, at(state, phase_x() + 1));
+  const Placement placement(origin, Vector3d::Zero(), heading_in_grid(state), Vector2d::UnitX(),
+                            at(state, mirrored()) == 1);
+  for (Launch& launch : dice) {
+    launch.state.position = placement.point_in_grid(launch.state.position);
+    launch.state.linear_velocity = placement.direction_in_grid(launch.state.linear_velocity);
+  }
+  return placement;
+}
+
+Vector2d DiceModel::heading_in_grid(const State& state) const {
+  return {std::cos(at(state, heading())), std::sin(at(state, heading()))};
 }
 
 KernelTable DiceModel::kernels(Ratios ratios) const {

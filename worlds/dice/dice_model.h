@@ -51,15 +51,16 @@ struct DiceThrow {
   std::vector<std::size_t> paint;  ///< of each die, which of paints()
 };
 
-/// The Variables, in this order: the table's key; for a random pose the phase of the first die's start within
-/// its cell, its heading in the grid, and whether the placement mirrors; of each die the start, the velocity,
-/// the angular velocity, four numbers whose direction is its orientation, and its paint; then the overrides
-/// of the control points of a patch, three each.
+/// The Variables, in this order: the table's key; for a random pose a phase within a cell, a heading in the
+/// grid, and whether the placement mirrors; of each die the start, the velocity, the angular velocity, four
+/// numbers whose direction is its orientation, and its paint; then the overrides of the control points of a
+/// patch, three each.
 ///
 /// Start and velocity are in the world's frame. Angular velocity and orientation, whose priors have no
-/// direction, are in the grid's. The motion in the grid depends on the phase, the heading, the heights, the
-/// horizontal speed of the first die and the vertical ones, spins, orientations and the table alone: States
-/// that differ only in the rest have the same motion, bit for bit, if there is one die.
+/// direction, are in the grid's. Phase and heading are those of the start and the flight if there is one die:
+/// then the motion in the grid depends on them, the height, the horizontal and the vertical speed, spin,
+/// orientation and the table alone, and States that differ only in the rest have the same motion, bit for
+/// bit. Of several dice, they are those of the world's origin and its x axis. That is the same model.
 ///
 /// A square grid is the same after a quarter turn, so headings of a quarter of the circle are all there are.
 /// Immutable. Thread safety: shared by all threads.
@@ -97,7 +98,9 @@ class DiceModel {
     return (settings_.pose == GridPose::random ? 5 : 1) + die * (settings_.random_paint ? 14 : 13);
   }
   std::vector<Variable> variables() const;
-  Placement place_first_die(const State& state, TumbleScene& scene) const;
+  Placement place_with_die(const State& state, DieState& launched) const;
+  Placement place_with_world(const State& state, std::vector<Launch>& dice) const;
+  Eigen::Vector2d heading_in_grid(const State& state) const;
 
   DiceSettings settings_;
   EngineSettings engine_;

@@ -3,11 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace retake::dice {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+bool comes_before(const Hit& a, const Hit& b) {
+  return std::tie(a.step, a.die, a.other) < std::tie(b.step, b.die, b.other);
+}
 
 std::int32_t EngineSettings::rest_steps() const {
   return static_cast<std::int32_t>(std::lround(rest_time / time_step));
@@ -23,15 +28,14 @@ DiceStep::DiceStep(const EngineSettings& settings, const DieShape& shape, Table&
   feature_reach_ = shape.rounding() * std::sqrt(1 + slope * slope);
 }
 
-void DiceStep::advance(std::int64_t step, std::span<MovingDie> dice, std::vector<Hit>& hits) {
-  table_.set_step(step);
-
+void DiceStep::advance(std::int64_t step, std::span<MovingDie> dice, std::vector<Hit>& hits,
+                       std::vector<Meeting>& meetings) {
   // Gravity and places.
   bodies_.clear();
   contacts_.clear();
   for (MovingDie& die : dice) {
     if (!die.rests) fall(*die.state);
-    bodies_.push_back({.die = &die});
+    bodies_.push_back({.die = &die, .group = bodies_.size()});
   }
 
   // Contacts. What is hit while it rests is woken before contacts are prepared.
@@ -43,10 +47,15 @@ void DiceStep::advance(std::int64_t step, std::span<MovingDie> dice, std::vector
   for (std::size_t b = 1; b < bodies_.size(); ++b)
     for (std::size_t a = 0; a < b; ++a)
       if (!bodies_[a].die->rests || !bodies_[b].die->rests) find_contacts_of_pair(a, b);
+  find_meetings(step, meetings);
   for (const Contact& contact : contacts_)
     wake(contact);
-  for (std::size_t body = 0; body < bodies_.size(); ++body)
-    if (!bodies_[body].die->rests) find_table_contacts(body);
+  for (std::size_t body = 0; body < bodies_.size(); ++body) {
+    const MovingDie& die = *bodies_[body].die;
+    if (die.rests) continue;
+    table_.look_as(die.index, step, die.touches);
+    find_table_contacts(body);
+  }
 
   // Impulses.
   if (!contacts_.empty()) {
@@ -63,23 +72,67 @@ void DiceStep::advance(std::int64_t step, std::span<MovingDie> dice, std::vector
     }
     for (Contact& contact : contacts_)
       prepare(contact);
-    constexpr double kSettled = 1e-5;  // [m/s], a thousandth of what a step of gravity adds
-    for (int sweep = 0; sweep < settings_.sweeps; ++sweep) {
-      double change = 0;
-      for (Contact& contact : contacts_)
-        change = std::max(change, resolve(contact));
-      if (change < kSettled) break;
+    const auto group_of = [&](const Contact& contact) { return bodies_[contact.first].group; };
+    if (!alone)
+      std::stable_sort(contacts_.begin(), contacts_.end(),
+                       [&](const Contact& a, const Contact& b) { return group_of(a) < group_of(b); });
+    for (std::size_t begin = 0, end = 0; begin < contacts_.size(); begin = end) {
+      while (end < contacts_.size() && group_of(contacts_[end]) == group_of(contacts_[begin]))
+        ++end;
+      resolve_all(std::span(contacts_).subspan(begin, end - begin));
     }
-    for (const Contact& contact : contacts_)
-      separate(contact);
+    const auto first_hit = static_cast<std::ptrdiff_t>(hits.size());
     for (const Contact& contact : contacts_)
       if (contact.hits) note_hit(step, contact, hits);
+    if (!alone) std::stable_sort(hits.begin() + first_hit, hits.end(), comes_before);
   }
   for (Body& body : bodies_) {
     if (body.die->rests) continue;
     body.die->state->position += body.shift;
     settle(*body.die);
   }
+}
+
+bool DiceStep::may_meet(const DieState& a, bool a_rests, const DieState& b, bool b_rests) const {
+  if (a_rests && b_rests) return false;
+  constexpr double kRounding = 1e-9;  // [m]
+  const double dt = settings_.time_step;
+  const auto next = [&](const DieState& state, bool rests) -> Vector3d {
+    if (rests) return state.position;
+    return state.position + dt * (state.linear_velocity - dt * settings_.gravity * Vector3d::UnitY());
+  };
+  const double reach = meeting_distance() + kRounding;
+  return (next(a, a_rests) - next(b, b_rests)).squaredNorm() < reach * reach;
+}
+
+/// So far all contacts are between dice.
+void DiceStep::find_meetings(std::int64_t step, std::vector<Meeting>& meetings) {
+  for (const Contact& contact : contacts_) {
+    join(contact.first, contact.second);
+    const auto [first, second] =
+        std::minmax({bodies_[contact.first].die->index, bodies_[contact.second].die->index});
+    const bool is_known = !meetings.empty() && meetings.back().step == step &&
+                          meetings.back().first == first && meetings.back().second == second;
+    if (!is_known) meetings.push_back({step, first, second});
+  }
+}
+
+void DiceStep::join(std::size_t a, std::size_t b) {
+  const auto [kept, given_up] = std::minmax({bodies_[a].group, bodies_[b].group});
+  for (Body& body : bodies_)
+    if (body.group == given_up) body.group = kept;
+}
+
+void DiceStep::resolve_all(std::span<Contact> group) {
+  constexpr double kSettled = 1e-5;  // [m/s], a thousandth of what a step of gravity adds
+  for (int sweep = 0; sweep < settings_.sweeps; ++sweep) {
+    double change = 0;
+    for (Contact& contact : group)
+      change = std::max(change, resolve(contact));
+    if (change < kSettled) break;
+  }
+  for (const Contact& contact : group)
+    separate(contact);
 }
 
 /// Without contacts the angular momentum stays as it is.
@@ -97,7 +150,7 @@ void DiceStep::fall(DieState& state) const {
 }
 
 void DiceStep::find_contacts_of_pair(std::size_t a, std::size_t b) {
-  const double reach = 2 * (shape_.reach() + shape_.rounding());
+  const double reach = meeting_distance();
   const Vector3d apart = bodies_[a].die->state->position - bodies_[b].die->state->position;
   if (apart.squaredNorm() >= reach * reach) return;
   find_features_in(a, b);

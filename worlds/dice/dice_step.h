@@ -44,11 +44,21 @@ struct Hit {
   Eigen::Vector3d normal;  ///< unit vector that pushes `die`
 };
 
+/// By step, then by the dice.
+bool comes_before(const Hit& a, const Hit& b);
+
+/// Two dice touch each other in a step.
+struct Meeting {
+  std::int64_t step;
+  std::int32_t first, second;  ///< ascending
+};
+
 /// A die in a step.
 struct MovingDie {
   DieState* state;
   std::int32_t index;
   bool rests = false;
+  std::vector<FirstTouch>* touches = nullptr;  ///< null: not logged
 };
 
 /// Thread safety: one thread at a time. Its memory is reused.
@@ -58,12 +68,18 @@ class DiceStep {
   DiceStep(const EngineSettings& settings, const DieShape& shape, Table& table);
 
   /// Moves dice by one step, except those that rest, and says which of them rest from now on. A die that
-  /// rests is woken by one that hits it. Appends to `hits`. Requires: ascending indices.
-  void advance(std::int64_t step, std::span<MovingDie> dice, std::vector<Hit>& hits);
+  /// rests is woken by one that hits it. Appends to `hits` and `meetings`, by die. Dice that touch each
+  /// other, directly or through others, decide together how they move, and nobody else. Requires: ascending
+  /// indices.
+  void advance(std::int64_t step, std::span<MovingDie> dice, std::vector<Hit>& hits,
+               std::vector<Meeting>& meetings);
+  /// Whether two dice may touch each other in the next step.
+  bool may_meet(const DieState& a, bool a_rests, const DieState& b, bool b_rests) const;
 
  private:
   struct Body {
     MovingDie* die;
+    std::size_t group = 0;  ///< the first body of those that touch each other
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
     double inverse_mass = 0;                                    ///< times the mass; 0: it rests
     Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();  ///< times the mass [1/m2]
@@ -90,10 +106,14 @@ class DiceStep {
   };
   static constexpr std::size_t kStill = static_cast<std::size_t>(-1);
 
+  double meeting_distance() const { return 2 * (shape_.reach() + shape_.rounding()); }
   void fall(DieState& state) const;
   void find_contacts_of_pair(std::size_t a, std::size_t b);
   void find_features_in(std::size_t feature_body, std::size_t box_body);
   void find_table_contacts(std::size_t body);
+  void find_meetings(std::int64_t step, std::vector<Meeting>& meetings);
+  void join(std::size_t a, std::size_t b);
+  void resolve_all(std::span<Contact> group);
   Eigen::Vector3d velocity(const Contact& contact) const;
   void wake(const Contact& contact);
   void prepare(Contact& contact);

@@ -65,6 +65,18 @@ Vector3d face_normal(int pips) {
   return pips <= 3 ? Vector3d(Vector3d::Unit(pips - 1)) : Vector3d(-Vector3d::Unit(6 - pips));
 }
 
+std::array<std::size_t, 4> paints_that_show(int wanted, std::size_t painted, int up, bool is_mirrored) {
+  Vector3d side = paints()[painted] * face_normal(up);
+  // A mirrored motion is that of a mirrored die, whose paint is not mirrored.
+  if (is_mirrored) side.z() = -side.z();
+  std::array<std::size_t, 4> fitting{};
+  std::size_t count = 0;
+  for (std::size_t paint = 0; paint < kPaints; ++paint)
+    if ((paints()[paint] * face_normal(wanted)).dot(side) > 0.5) fitting.at(count++) = paint;
+  CHECK(count == fitting.size(), count);
+  return fitting;
+}
+
 int top_face(const Quaterniond& rotation) {
   constexpr double kLeast = 0.9;  // cosine, chosen: between flat on the bumps, and on an edge
   const Vector3d up = rotation.conjugate() * Vector3d::UnitY();

@@ -52,6 +52,10 @@ const std::array<Eigen::Quaterniond, kPaints>& paints();
 /// up to seven, and 1, 2 and 3 go around their corner counter-clockwise.
 Eigen::Vector3d face_normal(int pips);
 
+/// A die that is painted by `painted` shows `up` on top: the paints by which it shows `wanted` instead. If it
+/// is mirrored, the motion has been mirrored since.
+std::array<std::size_t, 4> paints_that_show(int wanted, std::size_t painted, int up, bool is_mirrored);
+
 /// The face that lies on top, from 1 to 6; 0 if none does, because the die leans by more than 26 degrees.
 /// `rotation` is that of the painted die.
 int top_face(const Eigen::Quaterniond& rotation);

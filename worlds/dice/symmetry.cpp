@@ -219,14 +219,9 @@ double Symmetry::paint_die(const State& drawn, const Score& score, State& candid
                            RandomStream& random) const {
   const double up = score.measures[measures_.top_face];
   if (std::isnan(up)) return 0;
-  const auto of_drawn = std::min(static_cast<std::size_t>(at(drawn, model_->paint(0))), kPaints - 1);
-  Vector3d side = paints()[of_drawn] * face_normal(static_cast<int>(up));
-  // A mirrored motion is that of a mirrored die, whose paint is not mirrored.
-  if (at(drawn, model_->mirrored()) != at(candidate, model_->mirrored())) side.z() = -side.z();
-  std::vector<std::size_t> fitting;
-  for (std::size_t paint = 0; paint < kPaints; ++paint)
-    if ((paints()[paint] * face_normal(*wish_.face)).dot(side) > 0.5) fitting.push_back(paint);
-  CHECK(fitting.size() == 4, fitting.size());
+  const auto painted = std::min(static_cast<std::size_t>(at(drawn, model_->paint(0))), kPaints - 1);
+  const bool is_mirrored = at(drawn, model_->mirrored()) != at(candidate, model_->mirrored());
+  const auto fitting = paints_that_show(*wish_.face, painted, static_cast<int>(up), is_mirrored);
   at(candidate, model_->paint(0)) =
       static_cast<double>(fitting[random.index(fitting.size())]) + random.uniform();
   return -std::log(6);

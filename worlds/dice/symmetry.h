@@ -4,27 +4,12 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 
 #include "sampler/placed_redraw.h"
 #include "worlds/dice/dice_model.h"
+#include "worlds/dice/end_wish.h"
 
 namespace retake::dice {
-
-/// What is wished of the die's end; what is not wished is drawn from the prior.
-struct EndWish {
-  /// A disc on the floor [m].
-  struct Disc {
-    double x, z, radius;
-  };
-  std::optional<Disc> place;
-  std::optional<int> face;  ///< pips
-};
-
-/// Of which measures of a Score it reads where a throw of one die ended.
-struct EndMeasures {
-  std::size_t top_face, rest_x, rest_z;
-};
 
 /// Requires: one die, GridPose::random.
 class Symmetry final : public PlacedRedraw {

@@ -43,9 +43,13 @@ ControlPoint draw_control_point(const TableSettings& settings, RandomStream& ran
   const double height = settings.height_deviation * random.gaussian();
   const double restitution = settings.restitution_mean + settings.restitution_deviation * random.gaussian();
   const double friction = settings.friction_mean + settings.friction_deviation * random.gaussian();
-  return {.height = std::clamp(height, -settings.max_height(), settings.max_height()),
-          .restitution = std::clamp(restitution, 0.0, 0.95),
-          .friction = std::max(friction, 0.02)};
+  return {.height = height, .restitution = restitution, .friction = friction};
+}
+
+ControlPoint physical(const TableSettings& settings, const ControlPoint& point) {
+  return {.height = std::clamp(point.height, -settings.max_height(), settings.max_height()),
+          .restitution = std::clamp(point.restitution, 0.0, 0.95),
+          .friction = std::max(point.friction, 0.02)};
 }
 
 ControlPoint control_point_of_key(const TableSettings& settings, std::uint64_t key, GridPlace place) {
@@ -53,6 +57,14 @@ ControlPoint control_point_of_key(const TableSettings& settings, std::uint64_t k
   RandomStream random(
       {.seed = key, .purpose = Purpose::field, .iteration = bits(place.x) << 32 | bits(place.z)});
   return draw_control_point(settings, random);
+}
+
+ControlPoint control_point(const TableSettings& settings, const TableContent& content, GridPlace place) {
+  const auto given =
+      std::lower_bound(content.overrides.begin(), content.overrides.end(), place,
+                       [](const Override& one, const GridPlace& wanted) { return one.place < wanted; });
+  const bool is_given = given != content.overrides.end() && given->place == place;
+  return is_given ? given->point : control_point_of_key(settings, content.key, place);
 }
 
 Table::Table(const TableSettings& settings)
@@ -66,15 +78,13 @@ Table::Table(const TableSettings& settings)
 void Table::reset(const TableContent& content) {
   content_ = &content;
   ++epoch_;
-  step_ = 0;
-  touches_.clear();
+  look_as(0, 0, nullptr);
 }
 
-void Table::restore(std::span<const FirstTouch> touches) {
-  for (const FirstTouch& touch : touches) {
-    set_step(touch.step);
+void Table::restore(std::int32_t who, std::span<const FirstTouch> touches) {
+  look_as(who, 0, nullptr);
+  for (const FirstTouch& touch : touches)
     look_at(touch.place);
-  }
 }
 
 Table::Height Table::height(double x, double z) {
@@ -102,6 +112,8 @@ Table::Material Table::material(double x, double z) {
 }
 
 void Table::open(Cell& cell, GridPlace place) {
+  if (cell.epoch != epoch_ || cell.place != place) cell.seen_by = 0;
+  cell.seen_by |= who_;
   cell.epoch = epoch_;
   cell.place = place;
   cell.highest = -settings_.max_height();
@@ -119,16 +131,15 @@ void Table::open(Cell& cell, GridPlace place) {
 const ControlPoint& Table::look_at(GridPlace place) {
   const auto slot = (place.x & (kPoints - 1)) * kPoints + (place.z & (kPoints - 1));
   KnownPoint& known = points_[static_cast<std::size_t>(slot)];
-  if (known.epoch == epoch_ && known.place == place) return known.point;
-  const auto given =
-      std::lower_bound(content_->overrides.begin(), content_->overrides.end(), place,
-                       [](const Override& one, const GridPlace& wanted) { return one.place < wanted; });
-  const bool is_given = given != content_->overrides.end() && given->place == place;
-  known = {.epoch = epoch_,
-           .place = place,
-           .point = is_given ? given->point : control_point_of_key(settings_, content_->key, place)};
-  touches_.push_back({place, step_});
-  return known.point;
+  if (known.epoch != epoch_ || known.place != place)
+    known = {.epoch = epoch_,
+             .place = place,
+             .physical = dice::physical(settings_, control_point(settings_, *content_, place))};
+  if ((known.seen_by & who_) == 0) {
+    known.seen_by |= who_;
+    if (log_) log_->push_back({place, step_});
+  }
+  return known.physical;
 }
 
 }  // namespace retake::dice

@@ -14,13 +14,18 @@
 
 namespace retake::dice {
 
-/// When a throw of one die is looked at, see Watch: the features are where it may come to rest, from its
-/// start along and across its heading [m], and its horizontal speed [m/s].
+/// When a die is looked at, see Watch.
 struct Look {
-  double seconds;   ///< [s] from the start
+  double seconds;   ///< [s] from its start
   double rolls_on;  ///< [s] times its velocity is how far it still goes, on the whole
+  double spread;    ///< [m] standard deviation, along each axis, of where it comes to rest instead
 };
 std::array<Look, 7> look_times(const DiceSettings& settings);
+
+/// Where a die may come to rest, from its start along and across its heading [m], and its horizontal speed
+/// [m/s].
+using LookFeatures = std::array<double, 3>;
+LookFeatures look_at(const DieState& start, const DieState& now, double rolls_on);
 
 /// Names and kinds of what a throw of so many dice measures.
 std::vector<Measure> throw_measures(std::size_t dice);

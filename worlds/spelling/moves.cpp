@@ -57,20 +57,20 @@ void set_slot(const Word& word, State& state, std::size_t ball, const Slot& slot
 class RedropForItsBin final : public ScoredKernel {
  public:
   explicit RedropForItsBin(const Word& word) : word_(word) {}
-  double propose(const Model&, const State& current, const Score& score, State& candidate,
+  double propose(const Model&, const Simulated& current, State& candidate,
                  RandomStream& random) const override {
-    const std::vector<std::size_t> active = word_.active(current);
+    const std::vector<std::size_t> active = word_.active(current.state);
     const std::size_t ball = active[random.index(active.size())];
-    const std::vector<std::size_t> bin = {word_.bin_of(score, ball).value()};
+    const std::vector<std::size_t> bin = {word_.bin_of(current.score, ball).value()};
     const Vector2d place = word_.draw_drop(bin, random);
     word_.set_place(candidate, ball, place);
-    return word_.most_log_density(word_.place(current, ball)) - word_.log_density(place, bin);
+    return word_.most_log_density(word_.place(current.state, ball)) - word_.log_density(place, bin);
   }
-  double log_hastings(const Model&, const State& current, const Score& score, const State& candidate,
-                      const Score& candidate_score) const override {
-    const std::size_t ball = moved_ball(current, candidate);
-    return word_.log_density(word_.place(current, ball), {word_.bin_of(candidate_score, ball).value()}) -
-           word_.log_density(word_.place(candidate, ball), {word_.bin_of(score, ball).value()});
+  double log_hastings(const Model&, const Simulated& current, const Simulated& candidate) const override {
+    const std::size_t ball = moved_ball(current.state, candidate.state);
+    return word_.log_density(word_.place(current.state, ball),
+                             {word_.bin_of(candidate.score, ball).value()}) -
+           word_.log_density(word_.place(candidate.state, ball), {word_.bin_of(current.score, ball).value()});
   }
 
  private:
@@ -87,23 +87,25 @@ class RedropForItsBin final : public ScoredKernel {
 class RedropForAFreeBin final : public ScoredKernel {
  public:
   explicit RedropForAFreeBin(const Word& word) : word_(word) {}
-  double propose(const Model&, const State& current, const Score& score, State& candidate,
+  double propose(const Model&, const Simulated& current, State& candidate,
                  RandomStream& random) const override {
-    const std::vector<std::size_t> active = word_.active(current);
+    const std::vector<std::size_t> active = word_.active(current.state);
     if (active.empty()) return 0;
     const std::size_t ball = active[random.index(active.size())];
-    const std::vector<std::size_t> bins = word_.free_bins(current, score, ball);
+    const std::vector<std::size_t> bins = word_.free_bins(current.state, current.score, ball);
     const Vector2d place = word_.draw_drop(bins, random);
     word_.set_place(candidate, ball, place);
-    return word_.most_log_density(word_.place(current, ball)) - word_.log_density(place, bins);
+    return word_.most_log_density(word_.place(current.state, ball)) - word_.log_density(place, bins);
   }
-  double log_hastings(const Model&, const State& current, const Score& score, const State& candidate,
-                      const Score& candidate_score) const override {
+  double log_hastings(const Model&, const Simulated& current, const Simulated& candidate) const override {
     std::size_t ball = 0;
-    while (!word_.is_on(current, ball) || word_.place(current, ball) == word_.place(candidate, ball))
+    while (!word_.is_on(current.state, ball) ||
+           word_.place(current.state, ball) == word_.place(candidate.state, ball))
       ++ball;
-    return word_.log_density(word_.place(current, ball), word_.free_bins(candidate, candidate_score, ball)) -
-           word_.log_density(word_.place(candidate, ball), word_.free_bins(current, score, ball));
+    return word_.log_density(word_.place(current.state, ball),
+                             word_.free_bins(candidate.state, candidate.score, ball)) -
+           word_.log_density(word_.place(candidate.state, ball),
+                             word_.free_bins(current.state, current.score, ball));
   }
 
  private:
@@ -114,14 +116,14 @@ class RedropForAFreeBin final : public ScoredKernel {
 class BirthOrDeath final : public ScoredKernel {
  public:
   explicit BirthOrDeath(const Word& word) : word_(word) {}
-  double propose(const Model&, const State& current, const Score& score, State& candidate,
+  double propose(const Model&, const Simulated& current, State& candidate,
                  RandomStream& random) const override {
-    const std::vector<std::size_t> active = word_.active(current);
+    const std::vector<std::size_t> active = word_.active(current.state);
     const std::size_t off = word_.balls() - active.size();
     if (random.bernoulli(0.5)) {
       if (off == 0) return 0;
-      const std::size_t ball = random_off(current, random.index(off));
-      const std::vector<std::size_t> bins = word_.free_bins(current, score, Word::kNone);
+      const std::size_t ball = random_off(current.state, random.index(off));
+      const std::vector<std::size_t> bins = word_.free_bins(current.state, current.score, Word::kNone);
       const Vector2d place = word_.draw_drop(bins, random);
       at(candidate, word_.marbles().switch_of(ball)) = 1;
       word_.set_place(candidate, ball, place);
@@ -130,19 +132,18 @@ class BirthOrDeath final : public ScoredKernel {
     if (active.empty()) return 0;
     const std::size_t ball = active[random.index(active.size())];
     set_slot(word_, candidate, ball, {.is_on = 0, .x = kAbsent, .z = kAbsent});
-    return word_.most_log_density(word_.place(current, ball)) - birth(active.size() - 1);
+    return word_.most_log_density(word_.place(current.state, ball)) - birth(active.size() - 1);
   }
-  double log_hastings(const Model&, const State& current, const Score& score, const State& candidate,
-                      const Score& candidate_score) const override {
+  double log_hastings(const Model&, const Simulated& current, const Simulated& candidate) const override {
     std::size_t ball = 0;
-    while (word_.is_on(current, ball) == word_.is_on(candidate, ball))
+    while (word_.is_on(current.state, ball) == word_.is_on(candidate.state, ball))
       ++ball;
-    const std::size_t active = word_.active(current).size();
-    if (word_.is_on(candidate, ball))
-      return birth(active) -
-             word_.log_density(word_.place(candidate, ball), word_.free_bins(current, score, Word::kNone));
-    return word_.log_density(word_.place(current, ball),
-                             word_.free_bins(candidate, candidate_score, Word::kNone)) -
+    const std::size_t active = word_.active(current.state).size();
+    if (word_.is_on(candidate.state, ball))
+      return birth(active) - word_.log_density(word_.place(candidate.state, ball),
+                                               word_.free_bins(current.state, current.score, Word::kNone));
+    return word_.log_density(word_.place(current.state, ball),
+                             word_.free_bins(candidate.state, candidate.score, Word::kNone)) -
            birth(active - 1);
   }
 
@@ -163,15 +164,15 @@ class BirthOrDeath final : public ScoredKernel {
 class WalkDrop final : public ScoredKernel {
  public:
   explicit WalkDrop(const Word& word) : word_(word) {}
-  double propose(const Model&, const State& current, const Score&, State& candidate,
+  double propose(const Model&, const Simulated& current, State& candidate,
                  RandomStream& random) const override {
     constexpr double kLargest = 0.01;  // [m]
-    const std::vector<std::size_t> active = word_.active(current);
+    const std::vector<std::size_t> active = word_.active(current.state);
     if (active.empty()) return 0;
     const std::size_t ball = active[random.index(active.size())];
     const double size = kLargest * std::pow(10, -2 * random.uniform());
     const double dx = size * random.gaussian(), dz = size * random.gaussian();
-    word_.set_place(candidate, ball, word_.place(current, ball) + Vector2d(dx, dz));
+    word_.set_place(candidate, ball, word_.place(current.state, ball) + Vector2d(dx, dz));
     return 0;
   }
 
@@ -186,19 +187,19 @@ class Permute final : public ScoredKernel {
  public:
   Permute(const Word& word, std::size_t fewest, std::size_t most)
       : word_(word), fewest_(fewest), most_(most) {}
-  double propose(const Model&, const State& current, const Score&, State& candidate,
+  double propose(const Model&, const Simulated& current, State& candidate,
                  RandomStream& random) const override {
     const std::size_t many = fewest_ + random.index(most_ - fewest_ + 1);
     const std::vector<std::size_t> to = choose(many, word_.balls(), random);
     if (to.size() == 2) {  // the one way that is not to stay
-      set_slot(word_, candidate, to[0], slot_of(word_, current, to[1]));
-      set_slot(word_, candidate, to[1], slot_of(word_, current, to[0]));
+      set_slot(word_, candidate, to[0], slot_of(word_, current.state, to[1]));
+      set_slot(word_, candidate, to[1], slot_of(word_, current.state, to[0]));
       return 0;
     }
     std::vector<std::size_t> from = to;
     std::sort(from.begin(), from.end());
     for (std::size_t i = 0; i < to.size(); ++i)
-      set_slot(word_, candidate, to[i], slot_of(word_, current, from[i]));
+      set_slot(word_, candidate, to[i], slot_of(word_, current.state, from[i]));
     return 0;
   }
 
@@ -211,7 +212,7 @@ class Permute final : public ScoredKernel {
 class Rearrange final : public ScoredKernel {
  public:
   explicit Rearrange(const Word& word) : word_(word) {}
-  double propose(const Model&, const State& current, const Score&, State& candidate,
+  double propose(const Model&, const Simulated& current, State& candidate,
                  RandomStream& random) const override {
     constexpr std::size_t kMost = 8;
     const std::size_t many = std::min(2 + random.index(kMost - 1), word_.balls());
@@ -219,7 +220,7 @@ class Rearrange final : public ScoredKernel {
     const std::size_t way = random.index(3);
     for (std::size_t i = 0; i < many; ++i) {
       const std::size_t from = way == 0 ? many - 1 - i : way == 1 ? (i + 1) % many : (i + many - 1) % many;
-      set_slot(word_, candidate, first + i, slot_of(word_, current, first + from));
+      set_slot(word_, candidate, first + i, slot_of(word_, current.state, first + from));
     }
     return 0;
   }
@@ -234,24 +235,23 @@ class Rearrange final : public ScoredKernel {
 class RedrawGroups final : public ScoredKernel {
  public:
   explicit RedrawGroups(const Word& word) : word_(word) {}
-  double propose(const Model&, const State& current, const Score&, State& candidate,
+  double propose(const Model&, const Simulated& current, State& candidate,
                  RandomStream& random) const override {
     const std::size_t many = std::size_t{1} << random.index(5);
-    double squares = 0;  // of the candidate less the current ones, in standard deviations
+    double squares = 0;  // of the candidate less the current.state ones, in standard deviations
     for (const std::size_t group : choose(many, word_.marbles().group_count(), random))
       for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t variable = word_.marbles().offset_of(group) + i;
-        const double fresh = random.gaussian(), old = at(current, variable) / kOffsetDeviation;
+        const double fresh = random.gaussian(), old = at(current.state, variable) / kOffsetDeviation;
         at(candidate, variable) = kOffsetDeviation * fresh;
         squares += fresh * fresh - old * old;
       }
     return 0.5 * squares;  // what p_w loses
   }
 
-  double log_hastings(const Model&, const State& current, const Score&, const State& candidate,
-                      const Score&) const override {
+  double log_hastings(const Model&, const Simulated& current, const Simulated& candidate) const override {
     const auto count = static_cast<Eigen::Index>(3 * word_.marbles().group_count());
-    return 0.5 * (candidate.tail(count).squaredNorm() - current.tail(count).squaredNorm()) /
+    return 0.5 * (candidate.state.tail(count).squaredNorm() - current.state.tail(count).squaredNorm()) /
            (kOffsetDeviation * kOffsetDeviation);
   }
 
@@ -263,8 +263,7 @@ class RedrawGroups final : public ScoredKernel {
 class WalkGroup final : public ScoredKernel {
  public:
   explicit WalkGroup(const Word& word) : word_(word) {}
-  double propose(const Model&, const State&, const Score&, State& candidate,
-                 RandomStream& random) const override {
+  double propose(const Model&, const Simulated&, State& candidate, RandomStream& random) const override {
     const std::size_t group = random.index(word_.marbles().group_count());
     const double size = kOffsetDeviation * std::pow(10, -1.5 * random.uniform());
     for (std::size_t i = 0; i < 3; ++i)
@@ -316,14 +315,14 @@ class WordGuide final : public Guide {
     } while (!model.in_support(state));
   }
 
-  void extend(const Model&, const State& kept, const Score& score, std::uint64_t vain_tries, State& candidate,
+  void extend(const Model&, const Simulated& kept, std::uint64_t vain_tries, State& candidate,
               RandomStream& random) const override {
     constexpr std::uint64_t kPatience = 150;
     constexpr std::size_t kRetreat = 4;
-    const std::vector<std::size_t> active = word_.active(kept);
-    const std::vector<std::size_t> bins = word_.free_bins(kept, score, Word::kNone);
+    const std::vector<std::size_t> active = word_.active(kept.state);
+    const std::vector<std::size_t> bins = word_.free_bins(kept.state, kept.score, Word::kNone);
     std::size_t ball = 0;
-    while (ball < word_.balls() && word_.is_on(kept, ball))
+    while (ball < word_.balls() && word_.is_on(kept.state, ball))
       ++ball;
     // A whole word that is not enough for what else is wished is taken back to any of its balls.
     const bool is_whole = ball == word_.balls() || bins.empty();
@@ -339,12 +338,11 @@ class WordGuide final : public Guide {
     word_.set_place(candidate, ball, word_.draw_drop({bins[random.index(bins.size())]}, random));
   }
 
-  bool keeps(const State& kept, const Score&, const State& candidate,
-             const Score& candidate_score) const override {
-    const std::size_t active = word_.active(candidate).size();
+  bool keeps(const Simulated& kept, const Simulated& candidate) const override {
+    const std::size_t active = word_.active(candidate.state).size();
     const std::size_t filled =
-        word_.bins().size() - word_.free_bins(candidate, candidate_score, Word::kNone).size();
-    return active < word_.active(kept).size() || filled == active;
+        word_.bins().size() - word_.free_bins(candidate.state, candidate.score, Word::kNone).size();
+    return active < word_.active(kept.state).size() || filled == active;
   }
 
   const ScoredKernelTable& kernels() const override { return kernels_; }
