@@ -3,16 +3,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numbers>
 #include <utility>
 
 #include "worlds/terms/fields.h"
 
 namespace retake::terms {
+namespace {
+
+// The mark, all chosen, in lengths by which places may be missed by default: a dot as large as the tolerance,
+// and a ring that a body of some lengths does not cover.
+constexpr double kLeastDot = 0.2;
+constexpr double kRingDistance = 2.8;
+constexpr double kRingWidth = 0.3;
+constexpr std::uint32_t kAround = 40;  // corners of a circle
+constexpr std::uint32_t kAcross = 3;   // rings of triangles from the inner circle to the outer one
+
+/// Appends what lies between two circles around the origin, on a surface that is as high as `height` says.
+void add_annulus(double inner, double outer, const std::function<double(double, double)>& height,
+                 Mesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
+  for (std::uint32_t ring = 0; ring <= kAcross; ++ring)
+    for (std::uint32_t corner = 0; corner < kAround; ++corner) {
+      const double radius = inner + (outer - inner) * ring / kAcross;
+      const double angle = 2 * std::numbers::pi * corner / kAround;
+      const double x = radius * std::cos(angle), z = radius * std::sin(angle);
+      mesh.positions.insert(mesh.positions.end(), {x, height(x, z), z});
+    }
+  for (std::uint32_t ring = 0; ring < kAcross; ++ring)
+    for (std::uint32_t corner = 0; corner < kAround; ++corner) {
+      const std::uint32_t next = (corner + 1) % kAround;
+      const std::uint32_t a = first + ring * kAround + corner, b = first + ring * kAround + next;
+      // From x to z is clockwise, seen from above.
+      mesh.indices.insert(mesh.indices.end(), {a, b, b + kAround, a, b + kAround, a + kAround});
+    }
+}
+
+}  // namespace
 
 RestPosition::RestPosition(Place place, const Setting& setting)
     : place_(std::move(place)),
       mark_height_(setting.mark_height),
-      least_radius_(setting.length / 4),
+      length_(setting.length),
       flat_(setting.flat),
       reads_frames_(setting.rests_need_frames) {}
 
@@ -44,14 +77,27 @@ double RestPosition::upper_bound(const Animation& so_far) const {
   return track->settled ? log_gaussian(miss(*track), place_.sd) : 0;
 }
 
-std::vector<Body> RestPosition::markers() const {
-  const double half = mark_height_;
-  Shape shape = Cylinder{.radius = std::max(place_.tolerance, least_radius_), .height = 2 * half};
-  if (flat_) shape = Box{{place_.tolerance, half, *flat_}};
-  return {Body{.name = "target",
-               .shape = std::move(shape),
-               .colour = "#2f9e5b",
-               .pose = {.position = {place_.x, half, place_.z}}}};
+std::vector<Body> RestPosition::markers(const Animation& shown) const {
+  Body mark{.name = "target", .shape = {}, .colour = "#2f9e5b"};
+  if (flat_) {
+    mark.shape = Box{{place_.tolerance, mark_height_, *flat_}};
+    mark.pose.position = {place_.x, mark_height_, 0};
+    return {std::move(mark)};
+  }
+  mark.pose.position = {place_.x, 0, place_.z};
+  const auto height = [&](double x, double z) {
+    return ground_height(shown, place_.x + x, place_.z + z) + mark_height_;
+  };
+  Mesh mesh;
+  const double inner = place_.tolerance + kRingDistance * length_;
+  add_annulus(0, std::max(place_.tolerance, kLeastDot * length_), height, mesh);
+  add_annulus(inner, inner + kRingWidth * length_, height, mesh);
+  mark.shape = std::move(mesh);
+  if (const auto body = std::find_if(shown.bodies.begin(), shown.bodies.end(),
+                                     [&](const Body& each) { return each.name == place_.body; });
+      body != shown.bodies.end())
+    mark.colour = body->colour;
+  return {std::move(mark)};
 }
 
 TermKind rest_position_term(const Setting& setting) {
