@@ -4,12 +4,12 @@ import { capital, number, spaced } from "./words.js";
 
 export class Legend {
   constructor() {
-    this.name = h("span.legend-name");
-    this.bar = h("span.legend-bar");
+    this.name = h("span.scale-name");
+    this.bar = h("span.scale-bar");
     this.low = h("span");
     this.middle = h("span");
     this.high = h("span");
-    this.element = h("div.legend", { role: "img", hidden: true }, this.name, this.bar, h("span.legend-numbers", {}, this.low, this.middle, this.high));
+    this.element = h("div.scale", { role: "img", hidden: true }, this.name, this.bar, h("span.scale-numbers", {}, this.low, this.middle, this.high));
   }
 
   /** @param {import("./ground.js").Legend|null} legend null: nothing is coloured */

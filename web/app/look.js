@@ -226,7 +226,7 @@ export const cageSurface = new THREE.MeshBasicMaterial({ color: "#d0489a", wiref
 export function trailSurface(text, faint = false) {
   const key = `${validColor(text)} ${color("--ink")} ${faint}`;
   if (!trails.has(key)) {
-    const tone = new THREE.Color(validColor(text)).lerp(new THREE.Color(color("--ink")), 0.25);
+    const tone = new THREE.Color(validColor(text)).lerp(new THREE.Color(color("--ink")), 0.36);
     trails.set(key, new THREE.MeshBasicMaterial({ color: tone, transparent: true, opacity: faint ? 0.16 : 0.66, depthWrite: false }));
   }
   return trails.get(key);

@@ -284,7 +284,7 @@ Viewpoint throw_viewpoint(const Animation& animation) {
     low = low.cwiseMin(track.positions.rowwise().minCoeff());
     high = high.cwiseMax(track.positions.rowwise().maxCoeff());
   }
-  const Vector3d around(0.03, 0.015, 0.03);
+  const Vector3d around(0.022, 0.015, 0.022);
   return {.center = (low + high) / 2,
           .half_extents = (high - low) / 2 + around,
           .azimuth = 0.3,
