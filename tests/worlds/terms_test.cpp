@@ -165,20 +165,22 @@ double reach(const Body& mark, double limit = 1e9) {
   return farthest;
 }
 
-TEST(TermRestPosition, MarksThePlaceWithADotInARing) {
+TEST(TermRestPosition, MarksThePlaceWithADotACircleAndARing) {
   const auto marks_for = [](double tolerance) {
     const json term = {{"body", "die"}, {"x", 1}, {"z", 2}, {"tolerance", tolerance}};
     return read(rest_position_term(table_top()), term)->markers(resting({{"die", {0, 0, 0}}}));
   };
-  // The default tolerance of the table top is 0.1 m.
-  const auto marks = marks_for(0.3);
+  // Lengths are 0.1 m on the table top.
+  const auto marks = marks_for(0.1);
   ASSERT_EQ(marks.size(), 1u);
   EXPECT_EQ(marks[0].pose.position, Vector3d(1, 0, 2));
-  EXPECT_NEAR(reach(marks[0], 0.5), 0.3, 1e-12) << "the dot is as large as the tolerance";
-  EXPECT_NEAR(reach(marks[0]), 0.61, 1e-12);
+  EXPECT_NEAR(reach(marks[0], 0.05), 0.02, 1e-12) << "the dot";
+  EXPECT_NEAR(reach(marks[0], 0.2), 0.1, 1e-12) << "the circle is as wide as the tolerance";
+  EXPECT_NEAR(reach(marks[0]), 0.41, 1e-12);
   const auto tiny = marks_for(1e-4);
   EXPECT_NEAR(reach(tiny[0], 0.2), 0.02, 1e-12) << "it can be seen";
   EXPECT_NEAR(reach(tiny[0]), 0.3101, 1e-12);
+  EXPECT_NEAR(reach(marks_for(0.5)[0]), 0.5, 1e-12) << "a wide one is found without a ring";
   // It looks up, and lies a little above the floor.
   const Mesh& mesh = std::get<Mesh>(marks[0].shape);
   const auto vertex = [&](std::uint32_t index) { return Vector3d(&mesh.positions[3 * index]); };

@@ -5,7 +5,7 @@ import * as THREE from "../vendor/three.module.js";
 const RELIEF = 5; // slopes are lit as if they were so many times as steep: a millimetre in a centimetre is hardly seen
 const CONTOUR = 0.00025; // [m] of height from one contour line to the next
 const CORNER = 0.22; // radius of the corners, share of the shorter side
-const FADE = 0.07; // share of the shorter side over which the edge fades
+const FADE = 0.045; // share of the shorter side over which the edge fades
 const STEP = 0.1; // a scale begins and ends at a multiple of it
 /** Viridis (Smith and van der Walt, 2015), eleven of its colours: equal steps look equally far. */
 const SCALE = ["#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21918c", "#22a884", "#44bf70", "#7ad151", "#bddf26", "#fde725"];

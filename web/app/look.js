@@ -131,7 +131,8 @@ function surface(kind, text) {
   if (kind === "glass") return glass(tone, pattern(`swirls ${text}`, () => swirls(tone)));
   const map = kind === "sphere" ? pattern(`octants ${text}`, () => octants(tone)) : kind.includes("board") ? pattern("boards", boards) : null;
   const paint = kind === "sphere" ? "#ffffff" : text; // the octants have the colour in them
-  if (kind === "revolution" || kind === "die" || (kind === "sphere" && luminance(tone) < DARK)) return glossy(paint, map, luminance(tone) < LIGHT);
+  if (kind === "die") return Object.assign(glossy(paint, null, luminance(tone) < LIGHT), { reflectivity: 0.08 });
+  if (kind === "revolution" || (kind === "sphere" && luminance(tone) < DARK)) return glossy(paint, map, luminance(tone) < LIGHT);
   const made = new THREE.MeshStandardMaterial({ color: paint, map, roughness: 0.58, metalness: 0 });
   if (kind === "sphere") made.roughness = 0.42;
   if (kind === "flat") Object.assign(made, { polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2, roughness: 0.9 });

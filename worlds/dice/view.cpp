@@ -26,7 +26,7 @@ constexpr double kBowlRing = 0.6;    // of the radius, where a bowl bends
 constexpr int kPipCorners = 16;
 constexpr int kRoundingParts = 3;  // of the eighth of a circle that each face has of an edge
 
-constexpr std::array kColours = {"#f4efe4", "#b5202c", "#1f4f9c", "#1f7a4d", "#e0a21b", "#3a3a44"};
+constexpr std::array kColours = {"#f4efe4", "#b5202c", "#1f4f9c", "#6d4a9c", "#e0a21b", "#3a3a44"};
 constexpr const char* kDarkPips = "#16181d";
 constexpr const char* kLightPips = "#f7f4ec";
 constexpr const char* kFelt = "#4a7d61";

@@ -12,32 +12,27 @@
 namespace retake::terms {
 namespace {
 
-// The mark, all chosen, in lengths by which places may be missed by default: a dot as large as the tolerance,
-// and a ring that a body of some lengths does not cover.
-constexpr double kLeastDot = 0.2;
-constexpr double kRingDistance = 2.8;
-constexpr double kRingWidth = 0.3;
+// The mark, all chosen, in lengths by which places may be missed by default.
+constexpr double kDot = 0.2;           // radius of the dot in the middle
+constexpr double kLine = 0.3;          // width of circles
+constexpr double kRingDistance = 2.8;  // from the tolerance to the ring, for a body of some lengths
 constexpr std::uint32_t kAround = 40;  // corners of a circle
-constexpr std::uint32_t kAcross = 3;   // rings of triangles from the inner circle to the outer one
 
 /// Appends what lies between two circles around the origin, on a surface that is as high as `height` says.
 void add_annulus(double inner, double outer, const std::function<double(double, double)>& height,
                  Mesh& mesh) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
-  for (std::uint32_t ring = 0; ring <= kAcross; ++ring)
+  for (const double radius : {inner, outer})
     for (std::uint32_t corner = 0; corner < kAround; ++corner) {
-      const double radius = inner + (outer - inner) * ring / kAcross;
       const double angle = 2 * std::numbers::pi * corner / kAround;
       const double x = radius * std::cos(angle), z = radius * std::sin(angle);
       mesh.positions.insert(mesh.positions.end(), {x, height(x, z), z});
     }
-  for (std::uint32_t ring = 0; ring < kAcross; ++ring)
-    for (std::uint32_t corner = 0; corner < kAround; ++corner) {
-      const std::uint32_t next = (corner + 1) % kAround;
-      const std::uint32_t a = first + ring * kAround + corner, b = first + ring * kAround + next;
-      // From x to z is clockwise, seen from above.
-      mesh.indices.insert(mesh.indices.end(), {a, b, b + kAround, a, b + kAround, a + kAround});
-    }
+  for (std::uint32_t corner = 0; corner < kAround; ++corner) {
+    const std::uint32_t a = first + corner, b = first + (corner + 1) % kAround;
+    // From x to z is clockwise, seen from above.
+    mesh.indices.insert(mesh.indices.end(), {a, b, b + kAround, a, b + kAround, a + kAround});
+  }
 }
 
 }  // namespace
@@ -89,9 +84,10 @@ std::vector<Body> RestPosition::markers(const Animation& shown) const {
     return ground_height(shown, place_.x + x, place_.z + z) + mark_height_;
   };
   Mesh mesh;
-  const double inner = place_.tolerance + kRingDistance * length_;
-  add_annulus(0, std::max(place_.tolerance, kLeastDot * length_), height, mesh);
-  add_annulus(inner, inner + kRingWidth * length_, height, mesh);
+  const double line = kLine * length_, ring = place_.tolerance + kRingDistance * length_;
+  add_annulus(0, kDot * length_, height, mesh);
+  add_annulus(std::max(place_.tolerance - line, 0.0), place_.tolerance, height, mesh);
+  if (place_.tolerance < kRingDistance * length_) add_annulus(ring, ring + line, height, mesh);
   mark.shape = std::move(mesh);
   if (const auto body = std::find_if(shown.bodies.begin(), shown.bodies.end(),
                                      [&](const Body& each) { return each.name == place_.body; });

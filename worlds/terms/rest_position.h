@@ -28,8 +28,8 @@ class RestPosition final : public Term {
   double least_when_satisfied() const override;
   /// What has settled stays, and who takes part is known from the start.
   double upper_bound(const Animation& so_far) const override;
-  /// A dot as large as the tolerance within a ring of the body's colour, on the ground; or a stripe across a
-  /// flat world.
+  /// On the ground, in the body's colour: a dot, a circle as wide as the tolerance, and a ring around a
+  /// narrow one, by which it is found. Or a stripe across a flat world.
   std::vector<Body> markers(const Animation& shown) const override;
 
  private:
