@@ -194,9 +194,10 @@ test("one click shows figure 9: six scenarios, a fresh animation of each, played
 });
 
 test("scenarios are chosen in the list, and one without an animation waits for its first", async () => {
-  const expected = /503/; // nothing is in stock yet
-  const { page, faults, close } = await newPage(browser, {}, expected);
+  const { page, faults, close } = await newPage(browser);
   const { id: empty } = await api(program, "/v1/scenarios", json({ world: "ball2d", title: "Nothing yet", constraints: [] }));
+  const asked = [];
+  page.on("request", (request) => request.method() === "POST" && asked.push(request.url()));
   await page.goto(`${program.address}?play=off`);
   assert.equal(await page.locator(".choice:visible").count(), 0);
   await page.getByRole("button", { name: "Choose scenarios to show together" }).click();
@@ -206,14 +207,27 @@ test("scenarios are chosen in the list, and one without an animation waits for i
   await arrived(page, { together: `${series[1]},${empty}` });
   await page.locator(".together .shot-note", { hasText: "Nothing found yet" }).waitFor();
   assert.equal(await page.locator(".together h1").textContent(), "Two scenarios together");
+  assert.ok(!asked.some((url) => url.includes(empty)), "what has nothing is not asked");
   await api(program, `/v1/scenarios/${empty}/chains`, json({ count: 1, stop: { samples: 2 } }));
   await drawn(page, 2);
+  assert.equal(asked.length, 2, "one play of each");
   await page.getByLabel("Show “Figure 9: die 2” together with others").uncheck();
   await drawn(page, 1);
   assert.equal(query(page).together, empty);
   await page.locator(".scenario-link", { hasText: "Figure 9: die 3" }).click();
   await arrived(page, { together: null, takes: null, scenario: series[2] });
   assert.equal(await page.locator("#scenario h1").textContent(), "Figure 9: die 3");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("where a sample is gone there is a fresh one, and where a scenario is gone the page says so", async () => {
+  const { page, faults, close } = await newPage(browser, {}, /404/);
+  await page.goto(`${program.address}?together=${series[0]},gone&takes=gone,`);
+  await drawn(page, 1);
+  await page.locator(".together .shot-note", { hasText: "Not here any more" }).waitFor();
+  const [take, none] = query(page).takes.split(",");
+  assert.ok(take !== "gone" && none === "", query(page).takes);
   assert.deepEqual(faults, []);
   await close();
 });

@@ -7,7 +7,7 @@ import { on } from "./live.js";
 import { complain } from "./notice.js";
 import { stage } from "./stage.js";
 import { Tile } from "./tile.js";
-import { place, settle } from "./url_state.js";
+import { go, place, settle } from "./url_state.js";
 import { capital } from "./words.js";
 
 export const MOST = 12;
@@ -41,6 +41,8 @@ export class Together {
   #tiles = new Map();
   #waiting = new Map();
   #asked = new Set();
+  /** What gave no sample is not asked again before something happened. */
+  #dry = new Set();
   #samples = new Map();
   #open = true;
 
@@ -56,7 +58,7 @@ export class Together {
         "header.wish",
         {},
         h("div.wish-words", {}, this.title, h("p.sentence", {}, "One clock for all, and a fresh animation of each.")),
-        h("div.wish-act", {}, h("button.primary", { type: "button", onclick: () => settle({ takes: "" }) }, "Fresh ones")),
+        h("div.wish-act", {}, h("button.primary", { type: "button", onclick: () => go({ takes: "" }) }, "Fresh ones")),
       ),
       h("div.toolbar", {}, this.clock.button),
       this.grid,
@@ -65,10 +67,11 @@ export class Together {
       for (const entry of entries) entry.target.tile?.setVisible(entry.isIntersecting);
     }, { rootMargin: "240px" });
     this.endings = [
-      on("samples", ({ scenario }) => this.#askAgain(scenario)),
+      on("samples", ({ scenario }) => this.#dry.delete(scenario)),
       on("resync", () => {
-        for (const id of chosen().keys()) this.#askAgain(id);
+        this.#dry.clear();
         for (const tile of this.#tiles.values()) tile.retry();
+        this.show();
       }),
     ];
   }
@@ -78,7 +81,7 @@ export class Together {
     const pairs = chosen();
     const known = new Map(allScenarios().map((scenario) => [scenario.id, scenario]));
     const series = new Set([...pairs.keys()].map((id) => seriesOf(known.get(id)?.title ?? "")));
-    const [name] = series.size === 1 ? series : [""];
+    const [name] = series.size === 1 && pairs.size > 1 ? series : [""];
     say(this.title, name || `${capital(COUNTS[pairs.size])} ${pairs.size === 1 ? "scenario" : "scenarios together"}`);
     document.title = `${this.title.textContent} – Retake`;
     for (const [id, tile] of this.#tiles) {
@@ -86,8 +89,12 @@ export class Together {
       tile.close();
       this.#tiles.delete(id);
     }
-    for (const [id, sample] of pairs) if (!this.#tiles.has(id)) this.#ask(id, sample);
     arrange(this.grid, [...pairs.keys()].map((id) => this.#tiles.get(id)?.element ?? this.#place(id, known.get(id))));
+    for (const [id, sample] of pairs) {
+      if (this.#tiles.has(id)) continue;
+      if (!sample && known.get(id)?.samples === 0) this.#note(id, "Nothing found yet");
+      else this.#ask(id, sample);
+    }
     for (const [id, tile] of this.#tiles) tile.name(known.get(id)?.title ?? "");
     // A layout that moved is drawn anew.
     stage.request();
@@ -111,39 +118,35 @@ export class Together {
 
   /** Asks for a sample of a scenario: the one that the address names, else a fresh one, which it names then. */
   async #ask(id, wanted) {
-    if (this.#asked.has(id)) return;
+    if (this.#asked.has(id) || this.#dry.has(id)) return;
     this.#asked.add(id);
     try {
       const sample = wanted ? this.#samples.get(wanted) ?? (await request(pathOf("samples", wanted))) : (await post(pathOf("scenarios", id, "/plays"), {})).sample;
       if (!this.#open) return;
       this.#samples.set(sample.id, sample);
       this.#asked.delete(id);
+      this.#note(id, "");
       const pairs = chosen();
       if (!pairs.has(id) || (pairs.get(id) && pairs.get(id) !== sample.id)) return this.show();
       this.#tiles.set(id, this.#newTile(sample));
       settle(asPlace(pairs.set(id, sample.id)));
       this.show();
     } catch (error) {
-      const element = this.#waiting.get(id);
-      // What is not there yet is asked for again when the scenario has found something.
-      if (error.status === 503) say(element.querySelector(".shot-note"), "Nothing found yet");
-      else if (error.status === 404) say(element.querySelector(".shot-note"), "Not here any more");
-      else complain(error);
-      if (error.status !== 404) this.#asked.delete(id);
-      if (error.status === 404 && wanted && this.#open) this.#forget(id);
+      this.#asked.delete(id);
+      if (!this.#open) return;
+      if (error.status === 404 && wanted) {
+        // It is gone: a fresh one takes its place.
+        settle(asPlace(chosen().set(id, "")));
+        return this.show();
+      }
+      this.#dry.add(id);
+      this.#note(id, error.status === 404 ? "Not here any more" : error.status === 503 ? "Nothing found yet" : "Not available");
+      if (error.status !== 404 && error.status !== 503) complain(error);
     }
   }
 
-  /** The sample that the address names is gone: a fresh one takes its place. */
-  #forget(id) {
-    this.#asked.delete(id);
-    settle(asPlace(chosen().set(id, "")));
-    this.show();
-  }
-
-  #askAgain(id) {
-    const pairs = chosen();
-    if (pairs.has(id) && !this.#tiles.has(id)) this.#ask(id, pairs.get(id));
+  #note(id, text) {
+    say(this.#waiting.get(id).querySelector(".shot-note"), text);
   }
 
   #newTile(sample) {
