@@ -93,8 +93,7 @@ void put_mesh(ByteWriter& out, const Mesh& mesh) {
   }
 }
 
-// --- Numbers of a grid: each less what it would be were the surface a sum of one along rows and one along
-// columns ---
+// --- Numbers of a grid: each less what its three neighbours before it foretell -----------------------------
 
 void put_grid(ByteWriter& out, const std::vector<double>& values, std::size_t columns, double quantum) {
   std::vector<std::int64_t> before(columns, 0);
