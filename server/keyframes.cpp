@@ -53,6 +53,15 @@ json shape_json(const Shape& shape) {
     json operator()(const Mesh& mesh) const {
       return {{"type", "mesh"}, {"positions", lengths(mesh.positions)}, {"indices", mesh.indices}};
     }
+    json operator()(const HeightField& field) const {
+      json mesh = (*this)(mesh_of(field));
+      for (const Attribute& attribute : field.attributes) {
+        json& values = mesh["attributes"][attribute.name] = json::array();
+        for (const double value : attribute.values)
+          values.push_back(rounded(value, 100));
+      }
+      return mesh;
+    }
   };
   return std::visit(View{}, shape);
 }

@@ -34,7 +34,24 @@ struct Mesh {
   std::vector<double> positions;       ///< [m] x, y, z of every vertex
   std::vector<std::uint32_t> indices;  ///< three a triangle, counter-clockwise seen from outside
 };
-using Shape = std::variant<Sphere, Box, Cylinder, Revolution, Mesh>;
+/// What a surface is like from place to place, such as its friction: a value for each of its points.
+struct Attribute {
+  std::string name;
+  std::vector<double> values;
+};
+/// A surface over a level grid: point (row, column) is at x = row spacing, z = column spacing.
+struct HeightField {
+  std::size_t rows = 0, columns = 0;  ///< points along x and along z
+  double spacing = 0;                 ///< [m]
+  std::vector<double> heights;        ///< [m] y, row by row
+  std::vector<Attribute> attributes;
+
+  std::size_t point_count() const { return rows * columns; }
+};
+using Shape = std::variant<Sphere, Box, Cylinder, Revolution, Mesh, HeightField>;
+
+/// Two triangles for each square of the grid; vertices in the order of the heights.
+Mesh mesh_of(const HeightField& field);
 
 struct Pose {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m]
@@ -81,6 +98,10 @@ struct Animation {
 
   double duration() const { return frames == 0 ? 0 : static_cast<double>(frames - 1) / rate; }
 };
+
+/// [m] of the highest height field without a track over a place; 0, the floor, where there is none. Requires:
+/// height fields are level.
+double ground_height(const Animation& animation, double x, double z);
 
 /// 128 bits of the State and of every pose and event, as 32 hexadecimal digits: equal digests mean the same
 /// motion.

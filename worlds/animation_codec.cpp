@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include <zstd.h>
 #define XXH_INLINE_ALL
@@ -15,25 +16,42 @@
 namespace retake {
 namespace {
 
-constexpr std::uint8_t kVersion = 1;
+constexpr std::uint8_t kVersion = 2;
+constexpr std::uint8_t kPlainMeshes = 1;          // the version whose meshes are floats
 constexpr int kCompressionLevel = 1;              // measured: higher levels gain under 5 % here
 constexpr double kPositionQuantum = 1.0 / 16384;  // [m]: errors up to 0.031 mm a component
 constexpr double kRotationQuantum = 1.0 / 8192;   // errors up to 0.014 degree
+constexpr double kMeshQuantum = 0x1p-18;          // [m]: a facet of 0.3 mm leans by less than a degree
+constexpr double kHeightQuantum = 0x1p-16;        // [m]: of height fields, 0.015 mm
+constexpr double kAttributeQuantum = 0.01;        // as the keyframe document gives them
 constexpr double kLargestScaled = 0x1p60;         // so that second differences stay within 64 bits
+constexpr Eigen::Index kMostPlain = 16;           // numbers of a State that are not compressed, chosen
 constexpr std::size_t kLargestRecord = std::size_t{1}
                                        << 28;  // bytes when unpacked; chosen far above any animation
+
+/// How many quanta a value is, rounded.
+std::int64_t quanta(double value, double quantum) {
+  const double scaled = value / quantum;
+  CHECK(std::abs(scaled) < kLargestScaled, value);
+  return static_cast<std::int64_t>(scaled + (scaled < 0 ? -0.5 : 0.5));
+}
+
+// Unsigned, so that damaged numbers wrap instead of overflowing.
+std::int64_t plus(std::int64_t left, std::int64_t right) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(left) + static_cast<std::uint64_t>(right));
+}
+std::int64_t minus(std::int64_t left, std::int64_t right) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(left) - static_cast<std::uint64_t>(right));
+}
 
 // --- Numbers of a track: the second difference of the quantised values, which is small for smooth motion ---
 
 template <typename Matrix>
 void put_frames(ByteWriter& out, const Matrix& values, double quantum) {
-  const double scale = 1 / quantum;  // a power of two: exact
   for (Eigen::Index row = 0; row < values.rows(); ++row) {
     std::int64_t before = 0, last = 0;
     for (Eigen::Index frame = 0; frame < values.cols(); ++frame) {
-      const double scaled = values(row, frame) * scale;
-      CHECK(std::abs(scaled) < kLargestScaled, row, frame, values(row, frame));
-      const auto now = static_cast<std::int64_t>(scaled + (scaled < 0 ? -0.5 : 0.5));
+      const std::int64_t now = quanta(values(row, frame), quantum);
       out.put_varint(now - (2 * last - before));
       before = frame == 0 ? now : last;
       last = now;
@@ -46,14 +64,74 @@ void get_frames(ByteReader& in, Matrix& values, double quantum) {
   for (Eigen::Index row = 0; row < values.rows(); ++row) {
     std::int64_t before = 0, last = 0;
     for (Eigen::Index frame = 0; frame < values.cols(); ++frame) {
-      // Unsigned, so that damaged numbers wrap instead of overflowing.
-      const auto now = static_cast<std::int64_t>(static_cast<std::uint64_t>(in.get_varint()) +
-                                                 2 * static_cast<std::uint64_t>(last) -
-                                                 static_cast<std::uint64_t>(before));
+      const std::int64_t now = plus(in.get_varint(), minus(plus(last, last), before));
       before = frame == 0 ? now : last;
       last = now;
       values(row, frame) = static_cast<double>(now) * quantum;
     }
+  }
+}
+
+// --- Numbers of a mesh: coordinate by coordinate, each as its difference from the vertex before ------------
+
+void put_mesh(ByteWriter& out, const Mesh& mesh) {
+  CHECK(mesh.positions.size() % 3 == 0, mesh.positions.size());
+  out.put(static_cast<std::uint32_t>(mesh.positions.size() / 3));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::int64_t last = 0;
+    for (std::size_t i = axis; i < mesh.positions.size(); i += 3) {
+      const std::int64_t now = quanta(mesh.positions[i], kMeshQuantum);
+      out.put_varint(now - last);
+      last = now;
+    }
+  }
+  out.put(static_cast<std::uint32_t>(mesh.indices.size()));
+  std::int64_t next = 0;  // the first vertex that no triangle has had so far: mostly the one that comes
+  for (const std::uint32_t index : mesh.indices) {
+    out.put_varint(next - index);
+    next = std::max(next, std::int64_t{index} + 1);
+  }
+}
+
+// --- Numbers of a grid: each less what its three neighbours before it foretell -----------------------------
+
+void put_grid(ByteWriter& out, const std::vector<double>& values, std::size_t columns, double quantum) {
+  std::vector<std::int64_t> before(columns, 0);
+  for (std::size_t i = 0; i < values.size();) {
+    std::int64_t left = 0, corner = 0;
+    for (std::int64_t& above : before) {
+      const std::int64_t now = quanta(values[i++], quantum);
+      out.put_varint(now - (left + above - corner));
+      corner = std::exchange(above, now);
+      left = now;
+    }
+  }
+}
+
+void get_grid(ByteReader& in, std::vector<double>& values, std::size_t columns, double quantum) {
+  std::vector<std::int64_t> before(columns, 0);
+  for (std::size_t i = 0; i < values.size();) {
+    std::int64_t left = 0, corner = 0;
+    for (std::int64_t& above : before) {
+      const std::int64_t now = plus(in.get_varint(), minus(plus(left, above), corner));
+      values[i++] = static_cast<double>(now) * quantum;
+      corner = std::exchange(above, now);
+      left = now;
+    }
+  }
+}
+
+void put_field(ByteWriter& out, const HeightField& field) {
+  CHECK(field.heights.size() == field.point_count(), field.heights.size());
+  out.put(static_cast<std::uint32_t>(field.rows));
+  out.put(static_cast<std::uint32_t>(field.columns));
+  out.put(field.spacing);
+  put_grid(out, field.heights, field.columns, kHeightQuantum);
+  out.put(static_cast<std::uint32_t>(field.attributes.size()));
+  for (const Attribute& attribute : field.attributes) {
+    CHECK(attribute.values.size() == field.point_count(), attribute.values.size());
+    out.put_text(attribute.name);
+    put_grid(out, attribute.values, field.columns, kAttributeQuantum);
   }
 }
 
@@ -100,12 +178,9 @@ void put_shape(ByteWriter& out, const Shape& shape) {
       out.put(y);
     }
   } else if (const auto* mesh = std::get_if<Mesh>(&shape)) {
-    out.put(static_cast<std::uint32_t>(mesh->positions.size()));
-    for (const double value : mesh->positions)
-      out.put(static_cast<float>(value));
-    out.put(static_cast<std::uint32_t>(mesh->indices.size()));
-    for (const std::uint32_t index : mesh->indices)
-      out.put_varint(index);
+    put_mesh(out, *mesh);
+  } else if (const auto* field = std::get_if<HeightField>(&shape)) {
+    put_field(out, *field);
   }
 }
 
@@ -117,7 +192,55 @@ std::uint32_t get_count(ByteReader& in, std::size_t least_bytes) {
   return count;
 }
 
-Shape get_shape(ByteReader& in) {
+Mesh get_mesh(ByteReader& in) {
+  Mesh mesh;
+  mesh.positions.resize(3 * std::size_t{get_count(in, 3)});
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::int64_t last = 0;
+    for (std::size_t i = axis; i < mesh.positions.size(); i += 3) {
+      last = plus(last, in.get_varint());
+      mesh.positions[i] = static_cast<double>(last) * kMeshQuantum;
+    }
+  }
+  mesh.indices.resize(get_count(in, 1));
+  std::int64_t next = 0;
+  for (std::uint32_t& index : mesh.indices) {
+    index = static_cast<std::uint32_t>(minus(next, in.get_varint()));
+    next = std::max(next, std::int64_t{index} + 1);
+  }
+  return mesh;
+}
+
+Mesh get_plain_mesh(ByteReader& in) {
+  Mesh mesh;
+  mesh.positions.resize(get_count(in, 4));
+  for (double& value : mesh.positions)
+    value = in.get<float>();
+  mesh.indices.resize(get_count(in, 1));
+  for (std::uint32_t& index : mesh.indices)
+    index = static_cast<std::uint32_t>(in.get_varint());
+  return mesh;
+}
+
+HeightField get_field(ByteReader& in) {
+  HeightField field;
+  field.rows = in.get<std::uint32_t>();
+  field.columns = in.get<std::uint32_t>();
+  field.spacing = in.get<double>();
+  if (field.point_count() > in.remaining() || (field.columns == 0) != (field.rows == 0))
+    throw std::out_of_range("a height field is too large");
+  field.heights.resize(field.point_count());
+  get_grid(in, field.heights, field.columns, kHeightQuantum);
+  field.attributes.resize(get_count(in, 4 + field.point_count()));
+  for (Attribute& attribute : field.attributes) {
+    attribute.name = in.get_text();
+    attribute.values.resize(field.point_count());
+    get_grid(in, attribute.values, field.columns, kAttributeQuantum);
+  }
+  return field;
+}
+
+Shape get_shape(ByteReader& in, std::uint8_t version) {
   switch (in.get<std::uint8_t>()) {
     case 0:
       return Sphere{in.get<double>()};
@@ -140,16 +263,10 @@ Shape get_shape(ByteReader& in) {
       }
       return revolution;
     }
-    case 4: {
-      Mesh mesh;
-      mesh.positions.resize(get_count(in, 4));
-      for (double& value : mesh.positions)
-        value = in.get<float>();
-      mesh.indices.resize(get_count(in, 1));
-      for (std::uint32_t& index : mesh.indices)
-        index = static_cast<std::uint32_t>(in.get_varint());
-      return mesh;
-    }
+    case 4:
+      return version == kPlainMeshes ? get_plain_mesh(in) : get_mesh(in);
+    case 5:
+      return get_field(in);
     default:
       throw std::out_of_range("an unknown shape");
   }
@@ -190,7 +307,7 @@ std::string pack(const Animation& animation) {
   return out.take();
 }
 
-Animation unpack(std::string_view bytes) {
+Animation unpack(std::string_view bytes, std::uint8_t version) {
   ByteReader in(bytes);
   Animation animation;
   animation.rate = in.get<double>();
@@ -198,7 +315,7 @@ Animation unpack(std::string_view bytes) {
   animation.bodies.resize(get_count(in, 13));
   for (Body& body : animation.bodies) {
     body.name = in.get_text();
-    body.shape = get_shape(in);
+    body.shape = get_shape(in, version);
     body.colour = in.get_text();
     const auto track = in.get<std::int32_t>();
     if (track >= 0)
@@ -240,40 +357,51 @@ Animation unpack(std::string_view bytes) {
   return animation;
 }
 
-}  // namespace
-
-std::string encode_animation(const Animation& animation) {
+/// One zstd frame that says its size.
+std::string compressed(std::string_view bytes) {
   struct Free {
     void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
   };
   thread_local const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
-  const std::string packed = pack(animation);
-  std::string compressed(ZSTD_compressBound(packed.size()), '\0');
-  const std::size_t size = ZSTD_compressCCtx(context.get(), compressed.data(), compressed.size(),
-                                             packed.data(), packed.size(), kCompressionLevel);
+  std::string frame(ZSTD_compressBound(bytes.size()), '\0');
+  const std::size_t size = ZSTD_compressCCtx(context.get(), frame.data(), frame.size(), bytes.data(),
+                                             bytes.size(), kCompressionLevel);
   CHECK(!ZSTD_isError(size), ZSTD_getErrorName(size));
-  compressed.resize(size);
+  frame.resize(size);
+  return frame;
+}
+
+/// Throws: std::out_of_range.
+std::string decompressed(std::string_view frame) {
+  const unsigned long long size = ZSTD_getFrameContentSize(frame.data(), frame.size());
+  if (size > kLargestRecord) throw std::out_of_range("it does not say its size");
+  std::string bytes(size, '\0');
+  if (ZSTD_decompress(bytes.data(), bytes.size(), frame.data(), frame.size()) != size)
+    throw std::out_of_range("it does not unpack");
+  return bytes;
+}
+
+}  // namespace
+
+std::string encode_animation(const Animation& animation) {
+  const std::string frame = compressed(pack(animation));
   ByteWriter out;
   out.put(kVersion);
-  out.put(static_cast<std::uint64_t>(XXH3_64bits(compressed.data(), compressed.size())));
-  out.put_raw(compressed);
+  out.put(static_cast<std::uint64_t>(XXH3_64bits(frame.data(), frame.size())));
+  out.put_raw(frame);
   return out.take();
 }
 
 Animation decode_animation(std::string_view bytes) {
   try {
     ByteReader in(bytes);
-    if (in.get<std::uint8_t>() != kVersion) throw std::out_of_range("its version is unknown");
+    const auto version = in.get<std::uint8_t>();
+    if (version < kPlainMeshes || version > kVersion) throw std::out_of_range("its version is unknown");
     const auto checksum = in.get<std::uint64_t>();
-    const std::string_view compressed = bytes.substr(bytes.size() - in.remaining());
-    if (XXH3_64bits(compressed.data(), compressed.size()) != checksum)
+    const std::string_view frame = bytes.substr(bytes.size() - in.remaining());
+    if (XXH3_64bits(frame.data(), frame.size()) != checksum)
       throw std::out_of_range("its checksum does not fit");
-    const unsigned long long size = ZSTD_getFrameContentSize(compressed.data(), compressed.size());
-    if (size > kLargestRecord) throw std::out_of_range("it does not say its size");
-    std::string packed(size, '\0');
-    if (ZSTD_decompress(packed.data(), packed.size(), compressed.data(), compressed.size()) != size)
-      throw std::out_of_range("it does not unpack");
-    return unpack(packed);
+    return unpack(decompressed(frame), version);
   } catch (const std::out_of_range& fault) {
     throw DamagedAnimation(std::string("recorded animation is damaged: ") + fault.what());
   }
@@ -282,12 +410,16 @@ Animation decode_animation(std::string_view bytes) {
 std::string encode_state(const State& state) {
   ByteWriter out;
   out.put_numbers(state.data(), static_cast<std::size_t>(state.size()));
-  return out.take();
+  // Absent values are the same bytes again and again. Few values are plain.
+  return state.size() > kMostPlain ? compressed(out.bytes()) : out.take();
 }
 
 State decode_state(std::string_view bytes) {
   try {
-    ByteReader in(bytes);
+    // Were this the count of a plain one, it would be longer than any record.
+    const bool is_frame = ByteReader(bytes).get<std::uint32_t>() == ZSTD_MAGICNUMBER;
+    const std::string unpacked = is_frame ? decompressed(bytes) : std::string();
+    ByteReader in(is_frame ? unpacked : bytes);
     State state;
     in.get_numbers(state);
     if (!in.at_end()) throw std::out_of_range("bytes are left over");

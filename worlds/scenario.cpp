@@ -194,7 +194,7 @@ Scenario::Performer::Take Scenario::Performer::perform(const State& state) {
   if (!take.complete) return take;
   score_terms(recorded_, take.score);
   for (const auto& term : scenario_.terms_)
-    for (Body& marker : term->markers())
+    for (Body& marker : term->markers(recorded_))
       recorded_.bodies.push_back(std::move(marker));
   return take;
 }

@@ -42,8 +42,12 @@ class Term {
     (void)so_far;
     return 0;
   }
-  /// Bodies without a track that show a viewer what is wished, such as a mark on the table.
-  virtual std::vector<Body> markers() const { return {}; }
+  /// Bodies without a track that show a viewer what is wished, such as a mark on the table of `shown`, a
+  /// recorded animation.
+  virtual std::vector<Body> markers(const Animation& shown) const {
+    (void)shown;
+    return {};
+  }
 };
 
 /// A kind of term that a world offers.

@@ -87,6 +87,26 @@ TEST(Keyframes, SayWhereToLookIfTheWorldDoes) {
   EXPECT_EQ(keyframes_json(ball_animation(), head, 7).at("view"), view) << "at any rate";
 }
 
+TEST(Keyframes, ShowAHeightFieldAsAMeshWithWhatItIsLike) {
+  Animation animation = ball_animation();
+  animation.bodies.push_back(
+      {.name = "ground",
+       .shape = HeightField{.rows = 2,
+                            .columns = 3,
+                            .spacing = 0.5,
+                            .heights = {0, 0.1, 0.2, 0.3, 0.4, 0.5},
+                            .attributes = {{"friction", {0.123, 0.2, 0, 1, 0.5, 0.999}}}},
+       .colour = "#123456",
+       .pose = {}});
+  const json shape = keyframes_json(animation, kHead)["bodies"].back()["shape"];
+  const json expected = {
+      {"type", "mesh"},
+      {"positions", {0, 0, 0, 0, 0.1, 0.5, 0, 0.2, 1, 0.5, 0.3, 0, 0.5, 0.4, 0.5, 0.5, 0.5, 1}},
+      {"indices", {0, 4, 3, 0, 1, 4, 1, 5, 4, 1, 2, 5}},
+      {"attributes", {{"friction", {0.12, 0.2, 0, 1, 0.5, 1}}}}};
+  EXPECT_EQ(shape, expected);
+}
+
 TEST(Keyframes, AreMadeOfSamplesWhoseWorldIsNotInThisBuild) {
   const KeyframeHead head = keyframe_head(ball_animation(), "chain-1", "chess", 3);
   EXPECT_EQ(head.sample, "chain-1");

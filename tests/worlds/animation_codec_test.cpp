@@ -10,6 +10,7 @@
 #include <xxhash.h>
 #include <zstd.h>
 
+#include "sampler/bytes.h"
 #include "tests/sampler/statistics.h"
 #include "tests/worlds/fixture.h"
 
@@ -49,6 +50,20 @@ Track draw_track(RandomStream& random, Eigen::Index frames, bool smooth) {
   return track;
 }
 
+/// Numbers that records hold exactly, but for the attribute.
+HeightField bumps(RandomStream& random) {
+  HeightField field{.rows = 5,
+                    .columns = 3,
+                    .spacing = 0.0125,
+                    .heights = {},
+                    .attributes = {{.name = "friction", .values = {}}}};
+  for (std::size_t i = 0; i < field.point_count(); ++i) {
+    field.heights.push_back(std::round(200 * random.gaussian()) / 65536);
+    field.attributes[0].values.push_back(random.uniform());
+  }
+  return field;
+}
+
 Animation draw_animation(std::uint64_t seed, std::size_t frames, bool smooth) {
   RandomStream random = stream(seed);
   Animation animation{.rate = 60, .frames = frames, .bodies = {}, .tracks = {}, .events = {}};
@@ -58,7 +73,9 @@ Animation draw_animation(std::uint64_t seed, std::size_t frames, bool smooth) {
                                      Revolution{{{0, 0}, {0.06, 0.1}, {0.03, 0.2}, {0, random.uniform()}}},
                                      Mesh{{0, 0, 0, 1.25, 0, 0, 0, 0.5, -0.75}, {0, 1, 2, 2, 1, 0}},
                                      Mesh{},
-                                     Revolution{}};
+                                     Revolution{},
+                                     bumps(random),
+                                     HeightField{}};
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     Body body{.name = "body " + std::to_string(i), .shape = shapes[i], .colour = "#a0b1c2"};
     if (i % 2 == 0) {
@@ -72,7 +89,7 @@ Animation draw_animation(std::uint64_t seed, std::size_t frames, bool smooth) {
   for (int i = 0; i < 30; ++i)
     animation.events.push_back(
         {.time = 0.1 * i + 0.001 * random.uniform(),
-         .bodies = {static_cast<std::size_t>(random.index(7)), static_cast<std::size_t>(random.index(7))},
+         .bodies = {static_cast<std::size_t>(random.index(9)), static_cast<std::size_t>(random.index(9))},
          .impulse = random.uniform(),
          .position = draw_vector(random, 1),
          .normal = draw_vector(random, 1).normalized()});
@@ -101,8 +118,22 @@ void expect_same_shape(const Shape& left, const Shape& right) {
     EXPECT_EQ(revolution->profile, std::get<Revolution>(right).profile);
   }
   if (const auto* mesh = std::get_if<Mesh>(&left)) {
-    EXPECT_EQ(mesh->positions, std::get<Mesh>(right).positions);  // representable as floats here
+    EXPECT_EQ(mesh->positions, std::get<Mesh>(right).positions);  // representable here
     EXPECT_EQ(mesh->indices, std::get<Mesh>(right).indices);
+  }
+  if (const auto* field = std::get_if<HeightField>(&left)) {
+    const auto& other = std::get<HeightField>(right);
+    EXPECT_EQ(field->rows, other.rows);
+    EXPECT_EQ(field->columns, other.columns);
+    EXPECT_EQ(field->spacing, other.spacing);
+    EXPECT_EQ(field->heights, other.heights);
+    ASSERT_EQ(field->attributes.size(), other.attributes.size());
+    for (std::size_t i = 0; i < field->attributes.size(); ++i) {
+      EXPECT_EQ(field->attributes[i].name, other.attributes[i].name);
+      ASSERT_EQ(field->attributes[i].values.size(), other.attributes[i].values.size());
+      for (std::size_t k = 0; k < field->attributes[i].values.size(); ++k)
+        EXPECT_NEAR(field->attributes[i].values[k], other.attributes[i].values[k], 0.005 + 1e-12);
+    }
   }
 }
 
@@ -212,11 +243,11 @@ TEST(AnimationCodec, EveryTruncationAndExtensionIsNoticed) {
 }
 
 /// `packed` compressed behind a checksum that fits, as encode_animation writes it.
-std::string seal(const std::string& packed) {
+std::string seal(const std::string& packed, char version = '\x02') {
   std::string compressed(ZSTD_compressBound(packed.size()), '\0');
   compressed.resize(ZSTD_compress(compressed.data(), compressed.size(), packed.data(), packed.size(), 1));
   const std::uint64_t checksum = XXH3_64bits(compressed.data(), compressed.size());
-  return '\x01' + std::string(reinterpret_cast<const char*>(&checksum), sizeof checksum) + compressed;
+  return version + std::string(reinterpret_cast<const char*>(&checksum), sizeof checksum) + compressed;
 }
 
 std::string unseal(const std::string& bytes) {
@@ -225,6 +256,67 @@ std::string unseal(const std::string& bytes) {
   EXPECT_EQ(ZSTD_decompress(packed.data(), packed.size(), compressed.data(), compressed.size()),
             packed.size());
   return packed;
+}
+
+TEST(AnimationCodec, ASurfaceOfManyPointsIsSmall) {
+  // Waves as high and as long as a dice table's, 60 points a side: 14 kB as floats alone.
+  HeightField field{.rows = 60,
+                    .columns = 60,
+                    .spacing = 1.0 / 300,
+                    .heights = {},
+                    .attributes = {{.name = "friction", .values = {}}}};
+  for (std::size_t row = 0; row < 60; ++row)
+    for (std::size_t column = 0; column < 60; ++column) {
+      const double wave =
+          std::sin(0.7 * static_cast<double>(row)) * std::cos(0.6 * static_cast<double>(column));
+      field.heights.push_back(0.0005 * wave);
+      field.attributes[0].values.push_back(0.4 + 0.05 * wave);
+    }
+  Animation animation;
+  animation.bodies.push_back({.name = "table", .shape = std::move(field), .colour = "#000000"});
+  EXPECT_LT(encode_animation(animation).size(), 5000u);
+}
+
+TEST(AnimationCodec, MeshesComeBackWithinTwoMicrometres) {
+  RandomStream random = stream(17);
+  Mesh mesh;
+  for (int i = 0; i < 300; ++i)
+    mesh.positions.push_back(random.gaussian());
+  Animation animation;
+  animation.bodies.push_back({.name = "rock", .shape = mesh, .colour = "#000000"});
+  const Animation decoded = decode_animation(encode_animation(animation));
+  const auto& positions = std::get<Mesh>(decoded.bodies.at(0).shape).positions;
+  ASSERT_EQ(positions.size(), mesh.positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    EXPECT_NEAR(positions[i], mesh.positions[i], 2e-6);
+}
+
+TEST(AnimationCodec, RecordsOfTheFirstVersionAreRead) {
+  // As version 1 wrote an animation without frames that has one mesh: floats, then indices as they are.
+  ByteWriter out;
+  out.put(60.0);
+  out.put(std::uint32_t{0});
+  out.put(std::uint32_t{1});
+  out.put_text("rock");
+  out.put(std::uint8_t{4});
+  const std::vector<float> positions = {0, 0, 0, 1.25f, 0, 0, 0, 0.5f, -0.75f};
+  out.put(static_cast<std::uint32_t>(positions.size()));
+  for (const float value : positions)
+    out.put(value);
+  out.put(std::uint32_t{3});
+  for (const int index : {0, 2, 1})
+    out.put_varint(index);
+  out.put_text("#a0b1c2");
+  out.put(std::int32_t{-1});
+  for (const double value : {0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0})
+    out.put(value);
+  out.put(std::uint32_t{0});
+  out.put(std::uint32_t{0});
+  const Animation decoded = decode_animation(seal(out.bytes(), '\x01'));
+  ASSERT_EQ(decoded.bodies.size(), 1u);
+  expect_same_shape(Mesh{{0, 0, 0, 1.25, 0, 0, 0, 0.5, -0.75}, {0, 2, 1}}, decoded.bodies[0].shape);
+  EXPECT_EQ(decoded.bodies[0].pose.position.y(), 0.5);
+  EXPECT_THROW(decode_animation(seal(out.bytes(), '\x03')), DamagedAnimation);
 }
 
 TEST(AnimationCodec, FuzzBehindAFittingChecksumIsReadOrRefusedButNeverCrashes) {
@@ -282,6 +374,23 @@ TEST(AnimationCodec, StatesComeBackBitForBit) {
     ASSERT_THROW(decode_state(bytes.substr(0, length)), DamagedAnimation);
   EXPECT_THROW(decode_state(bytes + 'x'), DamagedAnimation);
   EXPECT_THROW(decode_state("\xff\xff\xff\xff"), DamagedAnimation);
+}
+
+TEST(AnimationCodec, ManyAbsentNumbersOfAStateTakeNoRoom) {
+  State state = State::Constant(2400, kAbsent);
+  RandomStream random = stream(18);
+  for (Eigen::Index i = 0; i < 30; ++i)
+    state[79 * i] = random.gaussian();
+  const std::string bytes = encode_state(state);
+  EXPECT_LT(bytes.size(), 800u) << "19 kB are plain";
+  EXPECT_TRUE(identical(decode_state(bytes), state));
+  for (std::size_t length = 0; length < bytes.size(); ++length)
+    ASSERT_THROW(decode_state(bytes.substr(0, length)), DamagedAnimation);
+  EXPECT_THROW(decode_state(bytes + 'x'), DamagedAnimation);
+  // As it was written when every State was plain.
+  ByteWriter plain;
+  plain.put_numbers(state.data(), 2400);
+  EXPECT_TRUE(identical(decode_state(plain.bytes()), state));
 }
 
 }  // namespace

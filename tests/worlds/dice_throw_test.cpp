@@ -1,8 +1,12 @@
 // Throws of dice as scenarios: placement and paint change nothing of the motion, resumed and stopped throws
 // say what whole ones do, animations show where dice lie, documents are judged.
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -197,11 +201,12 @@ TEST(DiceThrow, StopsWhereTheBoundFallsToWhatIsNeeded) {
 
 // --- Animations ----------------------------------------------------------------------------------------
 
-/// The height of a mesh over a place, from the triangle around it; NaN beside the mesh. Counts only what
-/// faces up.
-double height_over(const Mesh& mesh, double x, double z) {
+/// The height of a body's mesh over a place, from the triangle around it; NaN beside the mesh. Counts only
+/// what faces up.
+double height_over(const Body& body, double x, double z) {
+  const Mesh mesh = mesh_of(std::get<HeightField>(body.shape));
   const auto vertex = [&](std::size_t index) {
-    return Vector3d(mesh.positions[3 * index], mesh.positions[3 * index + 1], mesh.positions[3 * index + 2]);
+    return Vector3d(body.pose.position + body.pose.rotation * Vector3d(&mesh.positions[3 * index]));
   };
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
     const Vector3d a = vertex(mesh.indices[i]), b = vertex(mesh.indices[i + 1]),
@@ -226,8 +231,8 @@ TEST(DiceThrow, DiceLieOnTheTableThatIsShown) {
   for (int i = 0; i < 12; ++i) {
     const auto take = performer->perform(draw_state(scenario->model(), random));
     ASSERT_TRUE(take.complete);
-    const Mesh& table = std::get<Mesh>(take.animation.bodies.at(2).shape);
-    ASSERT_EQ(take.animation.bodies[2].name, "table");
+    const Body& table = take.animation.bodies.at(2);
+    ASSERT_EQ(table.name, "table");
     for (std::size_t die = 0; die < 2; ++die) {
       const Track& track = take.animation.tracks[die];
       const int face = dice::top_face(track.rest.rotation);
@@ -242,10 +247,61 @@ TEST(DiceThrow, DiceLieOnTheTableThatIsShown) {
     }
     for (const ContactEvent& event : take.animation.events) {
       if (event.bodies[1] != 2) continue;
-      EXPECT_NEAR(event.position.y(), height_over(table, event.position.x(), event.position.z()), 0.002);
+      const double x = event.position.x(), z = event.position.z();
+      EXPECT_NEAR(event.position.y(), height_over(table, x, z), 0.002);
+      EXPECT_NEAR(ground_height(take.animation, x, z), height_over(table, x, z), 0.0001);
     }
   }
   EXPECT_GT(faces.size(), 4u);
+}
+
+TEST(DiceThrow, TheTableThatIsShownIsTheOneThatIsRolledOn) {
+  const auto scenario = Scenario::read(document({{"dice", 1}}, json::array()));
+  const DiceTable one_die;
+  const auto performer = scenario->make_performer();
+  RandomStream random = stream(359);
+  std::set<bool> mirrored;
+  for (int i = 0; i < 12; ++i) {
+    const State state = draw_state(scenario->model(), random);
+    const auto take = performer->perform(state);
+    const dice::DiceThrow thrown = one_die.model.read(state);
+    mirrored.insert(thrown.placement.mirrored());
+    dice::Table table({});
+    table.reset(thrown.scene.table);
+    const Body& shown = take.animation.bodies.at(1);
+    const auto& field = std::get<HeightField>(shown.shape);
+    ASSERT_EQ(field.attributes.at(0).name, "restitution");
+    ASSERT_EQ(field.attributes.at(1).name, "friction");
+    const Mesh mesh = mesh_of(field);
+    for (std::size_t point = 0; point < field.point_count(); point += 17) {
+      const Vector3d place = shown.pose.position + shown.pose.rotation * Vector3d(&mesh.positions[3 * point]);
+      const Vector3d in_grid = thrown.placement.point_in_grid(place);
+      ASSERT_NEAR(place.y(), table.height(in_grid.x(), in_grid.z()).value, 1e-9);
+      const dice::Table::Material material = table.material(in_grid.x(), in_grid.z());
+      ASSERT_NEAR(field.attributes[0].values[point], material.restitution, 1e-6);
+      ASSERT_NEAR(field.attributes[1].values[point], material.friction, 1e-6);
+    }
+  }
+  EXPECT_EQ(mirrored.size(), 2u);
+}
+
+TEST(DiceThrow, EveryFaceShowsItsPips) {
+  const auto scenario = Scenario::read(document({{"dice", 1}, {"paint", "fixed"}}, json::array()));
+  RandomStream random = stream(360);
+  const auto take = scenario->make_performer()->perform(draw_state(scenario->model(), random));
+  const Body& pips = take.animation.bodies.at(2);
+  ASSERT_EQ(pips.name, "pips_1");
+  const Mesh& mesh = std::get<Mesh>(pips.shape);
+  // The deepest point of each bowl lies deeper than any other.
+  std::map<int, int> deepest;
+  for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
+    const Vector3d place(&mesh.positions[i]);
+    for (int face = 1; face <= 6; ++face) {
+      const double depth = kDieSide / 2 - place.dot(dice::face_normal(face));
+      if (depth > 0.0006 && depth < 0.001) ++deepest[face];
+    }
+  }
+  EXPECT_EQ(deepest, (std::map<int, int>{{1, 1}, {2, 2}, {3, 3}, {4, 4}, {5, 5}, {6, 6}}));
 }
 
 TEST(DiceThrow, ADieIsAClosedSurfaceOfItsSize) {
@@ -255,19 +311,34 @@ TEST(DiceThrow, ADieIsAClosedSurfaceOfItsSize) {
   RandomStream random = stream(358);
   const auto take = performer->perform(draw_state(scenario->model(), random));
   ASSERT_TRUE(take.complete);
-  const Mesh& die = std::get<Mesh>(take.animation.bodies.at(0).shape);
-  const Eigen::Map<const Eigen::Matrix3Xd> points(die.positions.data(), 3,
-                                                  static_cast<Eigen::Index>(die.positions.size() / 3));
-  EXPECT_LT((points.rowwise().maxCoeff() - Vector3d(0.8, 1, 1) * kDieSide / 2).norm(), 1e-12);
-  // The divergence theorem: the volume is a little less than that of the box, and outside is outside.
+  // Its body has a hole for each pip, and the pips fill them.
+  std::map<std::array<long, 3>, std::size_t> known;  // places in nanometres
+  std::vector<Vector3d> points;
   double volume = 0;
-  std::multiset<std::pair<std::uint32_t, std::uint32_t>> edges;
-  for (std::size_t i = 0; i < die.indices.size(); i += 3) {
-    const std::uint32_t a = die.indices[i], b = die.indices[i + 1], c = die.indices[i + 2];
-    volume += points.col(a).dot(points.col(b).cross(points.col(c))) / 6;
-    for (const auto& edge : {std::pair(a, b), std::pair(b, c), std::pair(c, a)})
-      edges.insert(edge);
+  std::multiset<std::pair<std::size_t, std::size_t>> edges;
+  for (const std::size_t part : {0, 2}) {
+    const Mesh& mesh = std::get<Mesh>(take.animation.bodies.at(part).shape);
+    const auto welded = [&](std::uint32_t index) {
+      const double* place = &mesh.positions[3 * index];
+      const std::array<long, 3> key = {std::lround(place[0] * 1e9), std::lround(place[1] * 1e9),
+                                       std::lround(place[2] * 1e9)};
+      const auto [found, is_new] = known.emplace(key, points.size());
+      if (is_new) points.emplace_back(place);
+      return found->second;
+    };
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+      const std::size_t a = welded(mesh.indices[i]), b = welded(mesh.indices[i + 1]),
+                        c = welded(mesh.indices[i + 2]);
+      // The divergence theorem: outside is outside.
+      volume += points[a].dot(points[b].cross(points[c])) / 6;
+      for (const auto& edge : {std::pair(a, b), std::pair(b, c), std::pair(c, a)})
+        edges.insert(edge);
+    }
   }
+  Vector3d farthest = Vector3d::Zero();
+  for (const Vector3d& point : points)
+    farthest = farthest.cwiseMax(point);
+  EXPECT_LT((farthest - Vector3d(0.8, 1, 1) * kDieSide / 2).norm(), 1e-12);
   const double box = 0.8 * kDieSide * kDieSide * kDieSide;
   EXPECT_LT(volume, box);
   EXPECT_GT(volume, 0.95 * box);

@@ -220,7 +220,7 @@ TEST(SpellingWish, TheBoundFallsWithEveryBallThatIsLostAndNeverBelowTheScore) {
 
 TEST(SpellingWish, ShowsTheFloorsOfTheDesignatedBins) {
   const WishOfTwo of_two;
-  const std::vector<Body> markers = of_two.wish.markers();
+  const std::vector<Body> markers = of_two.wish.markers({});
   ASSERT_EQ(markers.size(), 1u);
   const Mesh& mesh = std::get<Mesh>(markers[0].shape);
   std::array<int, 3> corners{};

@@ -154,19 +154,63 @@ TEST(TermRestPosition, InAFlatWorldIsOfXAloneAndOnlyThat) {
             std::vector<std::string>{"/t/z"});
 }
 
-TEST(TermRestPosition, MarksThePlaceOnTheFloor) {
-  const auto disc =
-      read(rest_position_term(table_top()), {{"body", "die"}, {"x", 1}, {"z", 2}, {"tolerance", 0.3}})
-          ->markers();
-  ASSERT_EQ(disc.size(), 1u);
-  EXPECT_EQ(std::get<Cylinder>(disc[0].shape).radius, 0.3);
-  EXPECT_EQ(disc[0].pose.position, Vector3d(1, 0.001, 2));
-  const auto tiny =
-      read(rest_position_term(table_top()), {{"body", "die"}, {"x", 1}, {"z", 2}, {"tolerance", 1e-4}})
-          ->markers();
-  EXPECT_EQ(std::get<Cylinder>(tiny[0].shape).radius, 0.025) << "it can be seen";
-  const auto stripe = read(rest_position_term(one_ball()), {{"x", 1}})->markers();
-  EXPECT_EQ(std::get<Box>(stripe[0].shape).half_extents, Vector3d(0.1, 0.001, 0.6));
+/// The greatest distance of a mark's points from its middle on the floor that is less than `limit`.
+double reach(const Body& mark, double limit = 1e9) {
+  const Mesh& mesh = std::get<Mesh>(mark.shape);
+  double farthest = 0;
+  for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
+    const double distance = std::hypot(mesh.positions[i], mesh.positions[i + 2]);
+    if (distance < limit) farthest = std::max(farthest, distance);
+  }
+  return farthest;
+}
+
+TEST(TermRestPosition, MarksThePlaceWithADotACircleAndARing) {
+  const auto marks_for = [](double tolerance) {
+    const json term = {{"body", "die"}, {"x", 1}, {"z", 2}, {"tolerance", tolerance}};
+    return read(rest_position_term(table_top()), term)->markers(resting({{"die", {0, 0, 0}}}));
+  };
+  // Lengths are 0.1 m on the table top.
+  const auto marks = marks_for(0.1);
+  ASSERT_EQ(marks.size(), 1u);
+  EXPECT_EQ(marks[0].pose.position, Vector3d(1, 0, 2));
+  EXPECT_NEAR(reach(marks[0], 0.05), 0.02, 1e-12) << "the dot";
+  EXPECT_NEAR(reach(marks[0], 0.2), 0.1, 1e-12) << "the circle is as wide as the tolerance";
+  EXPECT_NEAR(reach(marks[0]), 0.41, 1e-12);
+  const auto tiny = marks_for(1e-4);
+  EXPECT_NEAR(reach(tiny[0], 0.2), 0.02, 1e-12) << "it can be seen";
+  EXPECT_NEAR(reach(tiny[0]), 0.3101, 1e-12);
+  EXPECT_NEAR(reach(marks_for(0.5)[0]), 0.5, 1e-12) << "a wide one is found without a ring";
+  // It looks up, and lies a little above the floor.
+  const Mesh& mesh = std::get<Mesh>(marks[0].shape);
+  const auto vertex = [&](std::uint32_t index) { return Vector3d(&mesh.positions[3 * index]); };
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    const Vector3d a = vertex(mesh.indices[i]);
+    ASSERT_GE((vertex(mesh.indices[i + 1]) - a).cross(vertex(mesh.indices[i + 2]) - a).y(), 0);
+    ASSERT_EQ(a.y(), table_top().mark_height);
+  }
+}
+
+TEST(TermRestPosition, TheMarkLiesOnBumpyGround) {
+  Animation shown = resting({{"die", {0, 0, 0}}});
+  // A slope of 1 in 10 along the world's -z, which is the field's x.
+  Body slope{.name = "slope", .shape = HeightField{2, 2, 10, {0, 0, 1, 1}, {}}, .colour = "#000000"};
+  slope.pose = {.position = {-5, 0.5, 5},
+                .rotation = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitY()))};
+  shown.bodies.push_back(slope);
+  const json term = {{"body", "die"}, {"x", 1}, {"z", 2}};
+  const auto marks = read(rest_position_term(table_top()), term)->markers(shown);
+  const Mesh& mesh = std::get<Mesh>(marks.at(0).shape);
+  for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
+    const double z = 2 + mesh.positions[i + 2];
+    ASSERT_NEAR(mesh.positions[i + 1], 0.5 + 0.1 * (5 - z) + table_top().mark_height, 1e-9);
+  }
+}
+
+TEST(TermRestPosition, AStripeMarksThePlaceInAFlatWorld) {
+  const auto stripe = read(rest_position_term(one_ball()), {{"x", 1}})->markers({});
+  EXPECT_EQ(std::get<Box>(stripe.at(0).shape).half_extents, Vector3d(0.1, 0.001, 0.6));
+  EXPECT_EQ(stripe[0].pose.position, Vector3d(1, 0.001, 0));
 }
 
 // --- face_up ---------------------------------------------------------------------------------------
@@ -511,7 +555,7 @@ TEST(TermInside, RefusesBoxesAndTimesTheWrongWayRound) {
 }
 
 TEST(TermInside, MarksTheEdgesOfItsBox) {
-  const auto marks = read(inside_term(table_top()), {{"body", "die"}, {"box", kCube}})->markers();
+  const auto marks = read(inside_term(table_top()), {{"body", "die"}, {"box", kCube}})->markers({});
   ASSERT_EQ(marks.size(), 1u);
   const Mesh& mesh = std::get<Mesh>(marks[0].shape);
   EXPECT_EQ(mesh.indices.size(), 12u * 36u);
@@ -530,7 +574,7 @@ TEST(TermInside, MarksTheEdgesOfItsBox) {
   }
   EXPECT_NEAR(volume, 12 * 1.004 * 0.004 * 0.004, 1e-9) << "counter-clockwise from outside";
   const json hall = {{"low", {-1000, 0, 0}}, {"high", {1000, 1, 1}}};
-  EXPECT_TRUE(read(inside_term(table_top()), {{"body", "die"}, {"box", hall}})->markers().empty());
+  EXPECT_TRUE(read(inside_term(table_top()), {{"body", "die"}, {"box", hall}})->markers({}).empty());
 }
 
 // --- What all of them share --------------------------------------------------------------------------

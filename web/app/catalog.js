@@ -61,12 +61,13 @@ export async function loadScenarios({ more = false } = {}) {
   tell();
 }
 
-/** The address may name a scenario further down the list than what is loaded. */
+/** The address may name scenarios further down the list than what is loaded. */
 async function loadNamed() {
-  const named = place().scenario;
-  if (!named || scenarios.has(named)) return;
-  const scenario = await request(pathOf("scenarios", named)).catch((error) => (error.status === 404 ? null : Promise.reject(error)));
-  if (scenario) scenarios.set(named, scenario);
+  const named = [place().scenario, ...place().together.split(",")].filter((id) => id && !scenarios.has(id));
+  await Promise.all(named.map(async (id) => {
+    const scenario = await request(pathOf("scenarios", id)).catch((error) => (error.status === 404 ? null : Promise.reject(error)));
+    if (scenario) scenarios.set(id, scenario);
+  }));
 }
 
 /** Asks for the chains of the open scenario, once for each scenario unless `again`. */

@@ -1,12 +1,11 @@
-// The grid of live tiles: pages of samples, the order, and the clock that all tiles share.
+// The grid of live tiles: pages of samples and their order.
 import { pathOf, request } from "./api.js";
 import { arrange, h, say } from "./dom.js";
 import { aspectOf, SharedFraming } from "./framing.js";
-import { icon } from "./icons.js";
+import { InStep, playsAll } from "./in_step.js";
 import { on } from "./live.js";
 import { complain } from "./notice.js";
 import { stage } from "./stage.js";
-import { TILE_RATE } from "./takes.js";
 import { Tile } from "./tile.js";
 import { onPlace, go, place } from "./url_state.js";
 import { count } from "./words.js";
@@ -16,7 +15,6 @@ const TILE_ASPECT = 4 / 3; // as the style sheet has it
 const WIDE_ASPECT = 3; // and for what is seen much wider than high
 const MUCH = 3.5;
 const REFILL = 400; // [ms] between two looks at what is new
-const HOLD = 1.4; // [s] for which the outcome is shown before all tiles start again
 const ORDERS = { newest: "Newest", oldest: "Oldest", likely: "Likeliest" };
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -33,24 +31,18 @@ export class Gallery {
     this.lastCursor = null;
     this.generation = 0;
     this.open = true;
-    this.start = 0;
-    this.drawn = 0;
+    this.clock = new InStep(() => this.tiles.values(), () => this.open && place().tab !== "chains");
     this.#build();
     this.endings = [
       on("samples", (event) => event.scenario === scenario && this.#arrived(event.count)),
       on("resync", () => this.#resync()),
-      onPlace(() => this.#playOrRest()),
+      onPlace(() => this.clock.follow()),
     ];
-  }
-
-  get playsAll() {
-    return (place().play || (calm.matches ? "off" : "on")) === "on";
   }
 
   #build() {
     this.orders = Object.entries(ORDERS).map(([name, words]) =>
       h("button", { type: "button", "data-order": name, onclick: () => go({ order: name }) }, words));
-    this.playAll = h("button.quiet.toggle", { type: "button", onclick: () => go({ play: this.playsAll ? "off" : "on" }) }, icon("repeat"), "Play all");
     this.fresh = h("button.chip", { type: "button", hidden: true, onclick: () => this.#showFresh() });
     this.grid = h("ul.grid", { "aria-label": "Animations" });
     this.more = h("button.quiet.more", { type: "button", hidden: true, onclick: () => this.#loadMore() }, "Load more");
@@ -58,7 +50,7 @@ export class Gallery {
     this.element = h(
       "section.gallery",
       {},
-      h("div.toolbar", {}, h("div.segments", { role: "group", "aria-label": "Order" }, ...this.orders), this.playAll, this.fresh),
+      h("div.toolbar", {}, h("div.segments", { role: "group", "aria-label": "Order" }, ...this.orders), this.clock.button, this.fresh),
       this.empty,
       this.grid,
       this.more,
@@ -75,12 +67,11 @@ export class Gallery {
     this.total = Math.max(this.total, scenario.samples);
     const order = ORDERS[place().order] ? place().order : "newest";
     for (const button of this.orders) button.setAttribute("aria-pressed", String(button.dataset.order === order));
-    this.playAll.setAttribute("aria-pressed", String(this.playsAll));
     if (order !== this.order) {
       this.order = order;
       this.#load();
     }
-    this.#playOrRest();
+    this.clock.follow();
     this.#count();
   }
 
@@ -157,7 +148,7 @@ export class Gallery {
     const tile = new Tile(sample, {
       admit: (take) => this.#admit(take.framing),
       framing: (take) => this.framing.of(take.framing),
-      playsAll: () => this.playsAll,
+      playsAll,
     });
     this.inView.observe(tile.element);
     return tile;
@@ -210,29 +201,5 @@ export class Gallery {
     const fresh = this.order !== "oldest" ? this.total - this.seen : 0;
     this.fresh.hidden = fresh <= 0;
     say(this.fresh, `${count(fresh)} new`);
-  }
-
-  #playOrRest() {
-    this.playAll.setAttribute("aria-pressed", String(this.playsAll));
-    if (this.playsAll && !this.ticking) {
-      this.ticking = true;
-      this.start = performance.now();
-      stage.run((now) => this.#tick(now));
-    } else if (!this.playsAll) {
-      for (const tile of this.tiles.values()) tile.rest();
-    }
-  }
-
-  /** All tiles play in step: they start together, and together they show the same outcome. */
-  #tick(now) {
-    this.ticking = this.open && this.playsAll && place().tab !== "chains" && !place().sample;
-    if (!this.ticking) return false;
-    if (now - this.drawn < 1000 / TILE_RATE - 4) return true;
-    this.drawn = now;
-    const shown = [...this.tiles.values()].filter((tile) => tile.isShown);
-    const longest = Math.max(0.5, ...shown.map((tile) => tile.plays));
-    const time = ((now - this.start) / 1000) % (longest + HOLD);
-    for (const tile of shown) tile.playedFor(time);
-    return true;
   }
 }

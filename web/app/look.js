@@ -4,6 +4,8 @@ import { color } from "./theme.js";
 
 const SHADOW_REACH = 1.35; // radii of what is looked at
 const LIGHT_FROM = new THREE.Vector3(-0.32, 1, 0.34).normalize();
+const LOW_LIGHT_FROM = new THREE.Vector3(-0.86, 0.62, 0.18).normalize(); // brings out bumps
+const SHADOW_TEXELS = 1.5; // by which shadows begin off a surface
 /** Bodies by name whose top mirrors what stands on it, and those that are laid of boards. */
 export const MIRROR = new Set(["lane"]);
 const BOARDED = new Set(["lane", "approach"]);
@@ -109,6 +111,7 @@ function kindOf({ name, shape }) {
   if (shape?.type === "sphere" && name?.startsWith("marble_")) return "glass";
   if (BOARDED.has(name)) return MIRROR.has(name) ? "varnished boards" : "boards";
   if (FLAT.has(name)) return "flat";
+  if (name?.startsWith("die_")) return "die";
   return { sphere: "sphere", revolution: "revolution" }[shape?.type] ?? "plain";
 }
 
@@ -128,6 +131,7 @@ function surface(kind, text) {
   if (kind === "glass") return glass(tone, pattern(`swirls ${text}`, () => swirls(tone)));
   const map = kind === "sphere" ? pattern(`octants ${text}`, () => octants(tone)) : kind.includes("board") ? pattern("boards", boards) : null;
   const paint = kind === "sphere" ? "#ffffff" : text; // the octants have the colour in them
+  if (kind === "die") return Object.assign(glossy(paint, null, luminance(tone) < LIGHT), { reflectivity: 0.08 });
   if (kind === "revolution" || (kind === "sphere" && luminance(tone) < DARK)) return glossy(paint, map, luminance(tone) < LIGHT);
   const made = new THREE.MeshStandardMaterial({ color: paint, map, roughness: 0.58, metalness: 0 });
   if (kind === "sphere") made.roughness = 0.42;
@@ -223,7 +227,7 @@ export const cageSurface = new THREE.MeshBasicMaterial({ color: "#d0489a", wiref
 export function trailSurface(text, faint = false) {
   const key = `${validColor(text)} ${color("--ink")} ${faint}`;
   if (!trails.has(key)) {
-    const tone = new THREE.Color(validColor(text)).lerp(new THREE.Color(color("--ink")), 0.25);
+    const tone = new THREE.Color(validColor(text)).lerp(new THREE.Color(color("--ink")), 0.36);
     trails.set(key, new THREE.MeshBasicMaterial({ color: tone, transparent: true, opacity: faint ? 0.16 : 0.66, depthWrite: false }));
   }
   return trails.get(key);
@@ -238,7 +242,6 @@ export class Surroundings {
     this.sun = new THREE.DirectionalLight();
     this.sun.castShadow = true;
     this.sun.shadow.radius = 3;
-    this.sun.shadow.normalBias = 0.02;
     this.sun.shadow.bias = -0.0005;
     this.scene.add(this.root, this.ambient, this.sun, this.sun.target);
     this.scene.fog = new THREE.Fog(0, 1, 10);
@@ -279,11 +282,15 @@ export class Surroundings {
     shadow.map = null;
   }
 
-  /** Points light, shadow and fog at what the camera looks at. @param {THREE.Sphere} seen @param {THREE.Camera} camera */
-  aim({ center, radius }, camera) {
+  /**
+   * Points light, shadow and fog at what the camera looks at.
+   * @param {THREE.Sphere} seen @param {THREE.Camera} camera @param {boolean} low whether the light comes from the side
+   */
+  aim({ center, radius }, camera, low) {
     const reach = SHADOW_REACH * radius;
     this.sun.target.position.copy(center);
-    this.sun.position.copy(center).addScaledVector(LIGHT_FROM, 2.5 * reach);
+    this.sun.position.copy(center).addScaledVector(low ? LOW_LIGHT_FROM : LIGHT_FROM, 2.5 * reach);
+    this.sun.shadow.normalBias = (SHADOW_TEXELS * 2 * reach) / this.sun.shadow.mapSize.x;
     const lens = this.sun.shadow.camera;
     Object.assign(lens, { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * reach, far: 4.5 * reach });
     lens.updateProjectionMatrix();

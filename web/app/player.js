@@ -1,6 +1,7 @@
 // The large view of one sample. Where it stands, how fast it plays and from where it is seen is in the address.
 import { h, say } from "./dom.js";
 import { Facts } from "./facts.js";
+import { Legend } from "./legend.js";
 import { icon } from "./icons.js";
 import { on } from "./live.js";
 import { complain } from "./notice.js";
@@ -29,7 +30,8 @@ class Player {
     this.playing = false;
     this.facts = new Facts();
     this.message = h("p.shot-note");
-    this.picture = h("div.picture", { tabIndex: 0, role: "img", "aria-label": "The animation. Drag to turn, wheel to come closer." }, this.message);
+    this.legend = new Legend();
+    this.picture = h("div.picture", { tabIndex: 0, role: "img", "aria-label": "The animation. Drag to turn, wheel to come closer." }, this.message, this.legend.element);
     this.view = new View(this.picture);
     this.orbit = new Orbit(this.view, () => settle({ camera: this.orbit.text }));
     this.transport = new Transport({
@@ -40,6 +42,7 @@ class Player {
       loop: () => settle({ loop: place().loop === "on" ? "off" : "on" }),
       path: () => settle({ path: place().path === "on" ? "off" : "on" }),
       reset: () => this.orbit.reset(),
+      color: (name) => settle({ color: name }),
     });
     const button = (words, sign, act) => h("button.quiet.square", { type: "button", "aria-label": words, title: words, onclick: act }, icon(sign));
     this.previous = button("Previous animation (J)", "previous", () => this.#neighbour(-1));
@@ -65,11 +68,12 @@ class Player {
 
   /** Follows the address. */
   show() {
-    const { sample, speed, loop, path, t, camera } = place();
+    const { sample, speed, loop, path, t, camera, color } = place();
     if (sample !== this.id) this.#change(sample);
     if (!sample) return;
-    this.transport.showChosen({ speed: SPEEDS.includes(Number(speed)) ? speed : "1", loop: loop === "on", path: path === "on" });
-    this.view.shown = { path: path === "on", contacts: true };
+    this.transport.showChosen({ speed: SPEEDS.includes(Number(speed)) ? speed : "1", loop: loop === "on", path: path === "on", color });
+    this.view.shown = { path: path === "on", contacts: true, color };
+    this.legend.show(this.take?.ground?.legend(color) ?? null);
     this.orbit.text = camera;
     this.view.stale = true;
     stage.request();
@@ -194,6 +198,11 @@ class Player {
     settle({ t: this.time.toFixed(3) });
   }
 
+  #nextColor() {
+    const all = ["", ...(this.take.ground?.names ?? [])];
+    return all[(all.indexOf(place().color) + 1) % all.length];
+  }
+
   #findNeighbours() {
     const tile = document.querySelector(`#scenario .tile[data-sample="${CSS.escape(this.id)}"]`);
     this.beside = [tile?.previousElementSibling?.dataset.sample, tile?.nextElementSibling?.dataset.sample];
@@ -223,6 +232,7 @@ class Player {
       End: () => step(this.take.duration),
       l: () => settle({ loop: place().loop === "on" ? "off" : "on" }),
       p: () => settle({ path: place().path === "on" ? "off" : "on" }),
+      c: () => settle({ color: this.#nextColor() }),
       j: () => this.#neighbour(-1),
       k: () => this.#neighbour(1),
       "0": () => this.orbit.reset(),

@@ -6,6 +6,7 @@ import { h, say } from "./dom.js";
 import { rarityOf } from "./health_words.js";
 import { complain } from "./notice.js";
 import { ELSEWHERE } from "./scenario_list.js";
+import { Together } from "./together.js";
 import { go, onPlace, place, settle } from "./url_state.js";
 import { count, documentText, pace, wish } from "./words.js";
 
@@ -15,6 +16,14 @@ export function startScenarioView() {
   const host = document.getElementById("scenario");
   let open = null;
   const show = () => {
+    if (place().together && isReady()) {
+      if (!(open instanceof Together)) {
+        open?.close();
+        open = new Together();
+        host.replaceChildren(open.element);
+      }
+      return open.show();
+    }
     const scenario = openScenario();
     // Named in the address from the start: a newer scenario must not take its place.
     if (scenario && isReady() && !place().scenario) return settle({ scenario: scenario.id });

@@ -8,11 +8,13 @@ const BUILD = {
   cylinder: ({ radius, height }) => new THREE.CylinderGeometry(radius, radius, height, 64),
   revolution: ({ profile }) => revolution(upwards(profile)),
   mesh({ positions, indices }) {
-    const flat = new THREE.BufferGeometry();
-    flat.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
-    flat.setIndex(indices);
+    const shared = new THREE.BufferGeometry();
+    shared.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
+    shared.setIndex(indices);
+    shared.computeVertexNormals();
+    if (isSmooth(shared)) return shared;
     // Facets stay facets: corners are not shared, so normals are the faces' own.
-    const faceted = flat.toNonIndexed();
+    const faceted = shared.toNonIndexed();
     faceted.computeVertexNormals();
     return faceted;
   },
@@ -23,6 +25,21 @@ const upwards = (profile) => (profile[0][1] <= profile.at(-1)[1] ? profile : [..
 
 const AROUND = 32; // facets of a solid of revolution
 const CREASE = 0.75; // [rad] a bend that is sharper than this stays an edge
+
+/** Whether no two faces that meet in a vertex bend by more than a crease. @param {THREE.BufferGeometry} mesh with the mean normals */
+function isSmooth(mesh) {
+  const { position, normal } = mesh.attributes;
+  const [a, b, c, face, mean] = Array.from({ length: 5 }, () => new THREE.Vector3());
+  const least = Math.cos(CREASE / 2);
+  for (let at = 0; at < mesh.index.count; at += 3) {
+    const corners = [0, 1, 2].map((corner) => mesh.index.getX(at + corner));
+    [a, b, c].forEach((place, corner) => place.fromBufferAttribute(position, corners[corner]));
+    face.crossVectors(b.sub(a), c.sub(a));
+    const length = face.length();
+    if (corners.some((corner) => face.dot(mean.fromBufferAttribute(normal, corner)) < least * length)) return false;
+  }
+  return true;
+}
 
 /** A solid of revolution that is smooth but for its edges, and round where it meets its axis. @param {number[][]} profile */
 function revolution(profile) {

@@ -151,7 +151,7 @@ class Stage {
     view.take.pose(view.time, view.shown);
     surroundings.root.clear();
     surroundings.root.add(view.take.group);
-    surroundings.aim(lookedAt(framing, view.cameraPose), camera);
+    surroundings.aim(lookedAt(framing, view.cameraPose), camera, Boolean(view.take.ground));
     renderer.setViewport(x, pageHeight - y - height, width, height);
     const left = Math.max(x, 0);
     const bottom = Math.max(pageHeight - y - height, 0);

@@ -4,6 +4,7 @@ import { geometryOf, isKnown, placeholder } from "./shapes.js";
 import { cageSurface, isFlat, surfaceOf, trailSurface } from "./look.js";
 import { lengthOf, trailOf } from "./trail.js";
 import { framingOf } from "./framing.js";
+import { Ground, isGround } from "./ground.js";
 import { Reflection } from "./reflection.js";
 
 const FORMAT = "retake.keyframes/1";
@@ -80,19 +81,13 @@ export class Take {
     const detail = tracks.length > MANY ? 0.5 : 1;
     const { geometry, owned } = known ? geometryOf(body.shape, detail) : { geometry: placeholder(), owned: true };
     if (owned) this.owned.push(geometry);
+    if (isGround(body)) return this.#addGround(body, geometry);
     const mesh = new THREE.Mesh(geometry, known ? surfaceOf(body) : cageSurface);
     mesh.name = body.name;
-    // What shares a track is a part of the body that has it first, and so are their shadows.
-    const isPart = body.track !== undefined && this.movers.some((other) => other.body.track === body.track);
-    mesh.castShadow = known && !isFlat(body) && !isPart;
+    mesh.castShadow = known && !isFlat(body);
     mesh.receiveShadow = known;
     this.group.add(mesh);
-    if (body.track === undefined) {
-      mesh.position.fromArray(body.position ?? [0, 0, 0]);
-      mesh.quaternion.fromArray(body.rotation ?? [0, 0, 0, 1]);
-      mesh.updateMatrixWorld();
-      return;
-    }
+    if (body.track === undefined) return stand(mesh, body);
     const { position, rotation } = tracks[body.track];
     const moves = new THREE.VectorKeyframeTrack(".position", times, position);
     const turns = new THREE.QuaternionKeyframeTrack(".quaternion", times, rotation);
@@ -103,6 +98,15 @@ export class Take {
       position: moves.createInterpolant(new Float32Array(3)),
       rotation: turns.createInterpolant(new Float32Array(4)),
     });
+  }
+
+  #addGround(body, geometry) {
+    const ground = new Ground(body, geometry);
+    ground.mesh.name = body.name;
+    stand(ground.mesh, body);
+    this.group.add(ground.mesh);
+    /** The ground whose bumps are lit, if there is one. @type {Ground|undefined} */
+    this.ground = ground;
   }
 
   #addTrails(width) {
@@ -144,7 +148,7 @@ export class Take {
     const few = placed.length <= FEW_CONTACTS;
     this.arrowStays = few ? Infinity : ARROW_STAYS;
     this.arrows = placed.map((event) => {
-      const length = this.size * (few ? 0.064 + 0.096 * hardness(event) : 0.01 + 0.1 * hardness(event));
+      const length = this.size * (few ? 0.02 + 0.14 * hardness(event) : 0.01 + 0.1 * hardness(event));
       const turn = new THREE.Quaternion().setFromUnitVectors(upright, new THREE.Vector3().fromArray(event.normal).normalize());
       const place = new THREE.Vector3().fromArray(event.position);
       return new THREE.Matrix4().compose(place, turn, new THREE.Vector3(length, length, length));
@@ -154,14 +158,16 @@ export class Take {
 
   /**
    * Puts every body where it is at `time` [s].
-   * @param {number} time @param {{path?: boolean, contacts?: boolean}} [shown] `contacts` adds arrows and what is ahead
+   * @param {number} time @param {{path?: boolean, contacts?: boolean, color?: string}} [shown] `contacts` adds arrows and
+   *   what is ahead; `color` names what the ground is coloured by
    */
-  pose(time, { path = true, contacts = false } = {}) {
+  pose(time, { path = true, contacts = false, color = "" } = {}) {
     const t = Math.min(Math.max(time, 0), this.duration);
     for (const { mesh, position, rotation } of this.movers) {
       mesh.position.fromArray(position.evaluate(t));
       mesh.quaternion.fromArray(rotation.evaluate(t)).normalize();
     }
+    this.ground?.colorBy(color);
     this.paths.visible = path;
     this.ahead.visible = path && contacts;
     for (const reflection of this.reflections) reflection.follow();
@@ -189,6 +195,13 @@ export class Take {
     for (const geometry of this.owned) geometry.dispose();
     this.contacts?.dispose();
   }
+}
+
+/** Puts a body without a track where it stands. @param {THREE.Mesh} mesh @param {import("./types.js").Body} body */
+function stand(mesh, body) {
+  mesh.position.fromArray(body.position ?? [0, 0, 0]);
+  mesh.quaternion.fromArray(body.rotation ?? [0, 0, 0, 1]);
+  mesh.updateMatrixWorld();
 }
 
 /** An arrow of length 1 along +y. */

@@ -21,6 +21,7 @@ export class Tile {
     this.note = h("span.shot-note");
     this.shot = h("span.shot", {}, this.note, sample.learning && h("span.learning", { title: LEARNING }, icon("sprout")));
     this.view = new View(this.shot);
+    this.words = h("span.tile-gist", {}, gist(sample));
     this.link = h(
       "a.tile-link",
       {
@@ -33,12 +34,19 @@ export class Tile {
         onblur: () => this.rest(),
       },
       this.shot,
-      h("span.tile-line", {}, h("span.tile-gist", {}, gist(sample)), h("span.dim", {}, seconds(sample.duration))),
+      h("span.tile-line", {}, this.words, h("span.dim", {}, seconds(sample.duration))),
     );
     this.element = h("li.tile", {}, this.link);
     this.element.tile = this;
     this.element.dataset.sample = sample.id;
     stage.add(this.view);
+  }
+
+  /** Says a name instead of what the sample is. @param {string} text */
+  name(text) {
+    if (!text || this.words.textContent === text) return;
+    this.link.setAttribute("aria-label", `${text}: ${this.link.getAttribute("aria-label")}`);
+    say(this.words, text);
   }
 
   /** Whether it has a picture that is in the window. */

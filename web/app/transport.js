@@ -1,6 +1,7 @@
 // The controls of the large view: play, the scrub bar with its contacts, speed, loop.
 import { h, say } from "./dom.js";
 import { icon } from "./icons.js";
+import { capital, spaced } from "./words.js";
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const MOST_TICKS = 200;
@@ -8,7 +9,7 @@ const MOST_TICKS = 200;
 export class Transport {
   /**
    * @param {{toggle: () => void, seek: (time: number) => void, settled: () => void, speed: (value: string) => void,
-   *   loop: () => void, path: () => void, reset: () => void}} player
+   *   loop: () => void, path: () => void, reset: () => void, color: (name: string) => void}} player
    */
   constructor(player) {
     const button = (words, sign, act) => h("button.quiet.square", { type: "button", "aria-label": words, title: words, onclick: act }, icon(sign));
@@ -23,6 +24,7 @@ export class Transport {
     this.ticks = h("div.ticks", { "aria-hidden": "true" });
     this.time = h("output.time");
     this.speed = h("select", { "aria-label": "Speed", onchange: () => player.speed(this.speed.value) }, ...SPEEDS.map((speed) => h("option", { value: speed }, `${speed}×`)));
+    this.color = h("select", { "aria-label": "Colour of the ground", hidden: true, onchange: () => player.color(this.color.value) });
     this.loop = button("Play again and again (L)", "repeat", player.loop);
     this.path = button("Show the path (P)", "path", player.path);
     this.reset = button("Show everything (0)", "frame", player.reset);
@@ -32,6 +34,7 @@ export class Transport {
       this.play,
       h("div.bar", {}, this.ticks, this.scrub),
       this.time,
+      this.color,
       this.speed,
       this.loop,
       this.path,
@@ -45,6 +48,9 @@ export class Transport {
     this.duration = take.duration;
     this.scrub.max = String(take.duration);
     this.scrub.step = String(1 / take.rate);
+    const names = take.ground?.names ?? [];
+    this.color.hidden = !names.length;
+    this.color.replaceChildren(h("option", { value: "" }, "Plain"), ...names.map((name) => h("option", { value: name }, capital(spaced(name)))));
     const hardest = Math.max(...take.events.map((event) => event.impulse ?? 0), 1e-9);
     const loudest = [...take.events].sort((a, b) => (b.impulse ?? 0) - (a.impulse ?? 0)).slice(0, MOST_TICKS);
     this.ticks.replaceChildren(
@@ -73,9 +79,10 @@ export class Transport {
     this.play.title = `${playing ? "Pause" : "Play"} (space)`;
   }
 
-  /** @param {{speed: string, loop: boolean, path: boolean}} chosen */
-  showChosen({ speed, loop, path }) {
+  /** @param {{speed: string, loop: boolean, path: boolean, color: string}} chosen */
+  showChosen({ speed, loop, path, color }) {
     this.speed.value = speed;
+    this.color.value = color;
     this.loop.setAttribute("aria-pressed", String(loop));
     this.path.setAttribute("aria-pressed", String(path));
   }

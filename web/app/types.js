@@ -35,7 +35,8 @@
  *   plays: number, created_at: string, learning: boolean, variables?: Object<string, number|null>}} Sample */
 /** @typedef {{type: "sphere", radius: number} | {type: "box", half_extents: number[]}
  *   | {type: "cylinder", radius: number, height: number} | {type: "revolution", profile: number[][]}
- *   | {type: "mesh", positions: number[], indices: number[]}} Shape */
+ *   | {type: "mesh", positions: number[], indices: number[], attributes?: Object<string, number[]>}} Shape attributes
+ *   have a value for each vertex */
 /** @typedef {{name: string, shape: Shape, color: string, track?: number, position?: number[],
  *   rotation?: number[]}} Body */
 /** @typedef {{time: number, kind: string, bodies: string[], impulse: number, position?: number[],

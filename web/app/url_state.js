@@ -3,6 +3,9 @@
 /** What a missing parameter means. */
 const DEFAULTS = {
   scenario: "", // id; empty: the first of the list
+  together: "", // ids of the scenarios that are shown together, with commas between them
+  takes: "", // ids of the samples shown of them, in their order; empty: fresh ones
+  choose: "", // on: the list offers to choose scenarios that are shown together
   tab: "animations", // animations | chains
   order: "newest", // newest | oldest | likely
   play: "", // on | off: whether all tiles play; empty: on unless the reader wants less motion
@@ -11,6 +14,7 @@ const DEFAULTS = {
   speed: "1",
   loop: "on",
   path: "on",
+  color: "", // what the ground is coloured by, a name of the keyframe document; empty: nothing
   camera: "", // azimuth,elevation,distance,x,y,z; empty: framed by itself
   chain: "", // id of the chain whose trace is drawn; empty: the first
   quantity: "", // which of its arrays

@@ -31,6 +31,9 @@ export function seconds(value) {
 /** "rest_x" as people read it: "rest x". @param {string} name */
 export const spaced = (name) => name.replaceAll("_", " ");
 
+/** "friction" as a title: "Friction". @param {string} text */
+export const capital = (text) => `${text[0].toUpperCase()}${text.slice(1)}`;
+
 const degrees = (value) => `${((180 * value) / Math.PI).toFixed(1)}°`;
 const unit = (name, scale = 1) => (value) => `${number(value * scale, 3)} ${name}`;
 
@@ -97,6 +100,7 @@ const TERMS = {
     return `${pins(down)} ${down.length === 1 ? "goes" : "go"} down, and no other`;
   },
   spell: (term) => `the marbles spell “${term.text}”`,
+  total: (term) => `the dice show ${term.sum} together`,
   bins: () => "the marbles fill the marked bins, and no other",
   face_up: (term) => `${term.body ? `${spaced(term.body)} shows` : "it shows"} face ${term.face}`,
 };
@@ -118,8 +122,7 @@ export function wish(scenario) {
     const { kind, ...rest } = term;
     return `${spaced(kind)} (${Object.entries(rest).map(([key, value]) => `${spaced(key)} ${JSON.stringify(value)}`).join(", ")})`;
   });
-  const sentence = list(parts);
-  return `${sentence[0].toUpperCase()}${sentence.slice(1)}.`;
+  return `${capital(list(parts))}.`;
 }
 
 /** What a wish or a duration says already. */

@@ -280,7 +280,7 @@ std::vector<TermKind> make_term_kinds() {
       .length = 0.004,
       .speed = 0.1,
       .source = "chosen: a quarter of a die's side, and a quarter of the speed with which it is thrown",
-      .mark_height = 0.0035};  // as high as the table's bumps
+      .mark_height = 0.0001};  // chosen: paint on the table
   std::vector<TermKind> kinds = {total_term(), terms::face_up_term(setting)};
   const std::vector<TermKind> general = terms::general_terms(setting);
   kinds.insert(kinds.end(), general.begin(), general.end());

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -14,22 +15,21 @@
 namespace retake::dice {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // All chosen.
-constexpr double kMargin = 0.025;       // [m] of the table around where the centres of dice go
-constexpr int kFinesse = 3;             // parts of a cell's side
-constexpr double kPrecision = 0x1p-16;  // [m] to which the table is rounded: 15 micrometres, which packs well
-constexpr double kPipRadius = 0.095;    // of the side
-constexpr double kPipSpacing = 0.25;    // of the side
-constexpr double kPaint = 0.00003;      // [m] by which pips lie above their face
+constexpr double kMargin = 0.035;    // [m] of the table around where the centres of dice go
+constexpr int kFinesse = 3;          // parts of a cell's side
+constexpr double kPipRadius = 0.25;  // of half the plane middle of the shortest side
+constexpr double kPipDepth = 0.42;   // of the radius
+constexpr double kBowlRing = 0.6;    // of the radius, where a bowl bends
 constexpr int kPipCorners = 16;
-constexpr int kRoundingParts = 4;  // of the eighth of a circle that each face has of an edge
+constexpr int kRoundingParts = 3;  // of the eighth of a circle that each face has of an edge
 
-constexpr std::array kColours = {"#f4efe4", "#b5202c", "#1f4f9c", "#1f7a4d", "#e0a21b", "#3a3a44"};
+constexpr std::array kColours = {"#f4efe4", "#b5202c", "#1f4f9c", "#6d4a9c", "#e0a21b", "#3a3a44"};
 constexpr const char* kDarkPips = "#16181d";
 constexpr const char* kLightPips = "#f7f4ec";
+constexpr const char* kFelt = "#4a7d61";
 
 void add_point(Mesh& mesh, const Vector3d& point) {
   mesh.positions.insert(mesh.positions.end(), point.data(), point.data() + 3);
@@ -40,93 +40,167 @@ Vector3d painted(const Vector3d& half_extents, std::size_t paint) {
   return (paints()[paint].conjugate() * half_extents).cwiseAbs();
 }
 
-/// Lines across a side: a plane middle, and more of them where it is rounded.
+/// Lines across a side: a plane middle in thirds, and more of them where it is rounded.
 std::vector<double> lines(double half_extent, double rounding) {
   std::vector<double> all;
   const double core = half_extent - rounding;
   for (int i = kRoundingParts; i >= 0; --i)
     all.push_back(-core - rounding * std::tan(std::numbers::pi / 4 * i / kRoundingParts));
+  for (const double third : {-1 / 3.0, 1 / 3.0})
+    all.push_back(third * core);
   for (int i = 0; i <= kRoundingParts; ++i)
     all.push_back(core + rounding * std::tan(std::numbers::pi / 4 * i / kRoundingParts));
   return all;
 }
 
-/// A rounded box whose faces share the vertices of their edges.
-Mesh rounded_box(const Vector3d& half_extents, double rounding) {
-  Mesh mesh;
-  std::map<std::array<std::int64_t, 3>, std::uint32_t> known;  // by place, in nanometres
-  const Vector3d core = half_extents - Vector3d::Constant(rounding);
-  const auto vertex = [&](const Vector3d& on_box) {
-    const Vector3d inner = on_box.cwiseMax(-core).cwiseMin(core);
-    const Vector3d place = inner + rounding * (on_box - inner).normalized();
+/// Where the pips of a face are, in thirds of its plane middle from its centre: in order, the first of 2, 4
+/// and 6 or, after the one in the centre, of 3 and 5.
+constexpr std::array<std::array<int, 2>, 6> kPips = {{{-1, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, 0}, {1, 0}}};
+
+std::array<int, 2> pip_place(int pip, int count) {
+  const int of_pairs = pip - count % 2;
+  if (of_pairs < 0) return {0, 0};
+  return kPips[static_cast<std::size_t>(of_pairs)];
+}
+
+/// The places of a face's pips, as vectors of thirds of its sides.
+std::vector<Vector3d> pip_places(int face) {
+  const Vector3d normal = face_normal(face);
+  const Vector3d across = normal.cwiseAbs()({2, 0, 1}), along = normal.cross(across);
+  std::vector<Vector3d> places;
+  for (int pip = 0; pip < face; ++pip) {
+    const auto [right, up] = pip_place(pip, face);
+    places.push_back(right * across + up * along);
+  }
+  return places;
+}
+
+/// The face whose normal is an axis, or its opposite.
+int face_along(int axis, int side) {
+  for (int face = 1; face < 6; ++face)
+    if (face_normal(face)[axis] * side > 0.5) return face;
+  return 6;
+}
+
+/// A die: its body, with a hole for each pip, and the bowls that fill the holes.
+class DieMeshes {
+ public:
+  DieMeshes(const Vector3d& half_extents, double rounding)
+      : half_extents_(half_extents),
+        rounding_(rounding),
+        core_(half_extents - Vector3d::Constant(rounding)),
+        pip_radius_(kPipRadius * core_.minCoeff()) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int side : {-1, 1})
+        add_face(axis, side);
+  }
+  Mesh body, pips;
+
+ private:
+  /// Faces share the vertices of their edges.
+  std::uint32_t vertex(const Vector3d& on_box) {
+    const Vector3d inner = on_box.cwiseMax(-core_).cwiseMin(core_);
+    const Vector3d place = inner + rounding_ * (on_box - inner).normalized();
     std::array<std::int64_t, 3> key;
     for (std::size_t i = 0; i < 3; ++i)
       key[i] = std::llround(place[static_cast<Eigen::Index>(i)] * 1e9);
-    const auto [found, is_new] = known.emplace(key, static_cast<std::uint32_t>(known.size()));
-    if (is_new) add_point(mesh, place);
+    const auto [found, is_new] = known_.emplace(key, static_cast<std::uint32_t>(known_.size()));
+    if (is_new) add_point(body, place);
     return found->second;
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-    const std::vector<double> along_u = lines(half_extents[u], rounding);
-    const std::vector<double> along_v = lines(half_extents[v], rounding);
-    for (const int side : {-1, 1})
-      for (std::size_t i = 0; i + 1 < along_u.size(); ++i)
-        for (std::size_t j = 0; j + 1 < along_v.size(); ++j) {
-          const auto corner = [&](std::size_t di, std::size_t dj) {
-            Vector3d on_box;
-            on_box[axis] = side * half_extents[axis];
-            on_box[u] = along_u[i + di];
-            on_box[v] = along_v[j + dj];
-            return vertex(on_box);
-          };
-          const std::uint32_t a = corner(0, 0), b = corner(1, 0), c = corner(1, 1), d = corner(0, 1);
-          if (side > 0)
-            mesh.indices.insert(mesh.indices.end(), {a, b, c, a, c, d});
-          else
-            mesh.indices.insert(mesh.indices.end(), {a, c, b, a, d, c});
-        }
   }
-  return mesh;
-}
 
-/// Where the pips of a face are, in spacings from its middle: in order, the first of 2, 4 and 6 or, after the
-/// one in the middle, of 3 and 5.
-constexpr std::array<std::array<double, 2>, 6> kPips = {
-    {{-1, -1}, {1, 1}, {-1, 1}, {1, -1}, {-1, 0}, {1, 0}}};
-
-Vector2d pip_place(int pip, int count) {
-  const int of_pairs = pip - count % 2;
-  if (of_pairs < 0) return Vector2d::Zero();
-  const auto& [across, along] = kPips[static_cast<std::size_t>(of_pairs)];
-  return {across, along};
-}
-
-Mesh pips(const Vector3d& half_extents) {
-  Mesh mesh;
-  const double side = 2 * half_extents.minCoeff();
-  for (int face = 1; face <= 6; ++face) {
-    const Vector3d normal = face_normal(face);
-    const Vector3d across = face_normal(face % 3 + 1), along = normal.cross(across);
-    const Vector3d middle = normal * (std::abs(normal.dot(half_extents)) + kPaint);
-    for (int pip = 0; pip < face; ++pip) {
-      const Vector2d place = pip_place(pip, face);
-      const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
-      const Vector3d centre = middle + kPipSpacing * side * (place.x() * across + place.y() * along);
-      for (int i = 0; i < kPipCorners; ++i) {
-        const double angle = 2 * std::numbers::pi * i / kPipCorners;
-        add_point(mesh, centre + kPipRadius * side * (std::cos(angle) * across + std::sin(angle) * along));
+  /// A grid of rectangles: rounded edges, and the plane middle in thirds.
+  void add_face(int axis, int side) {
+    const Frame frame{.axis = axis, .u = (axis + 1) % 3, .v = (axis + 2) % 3, .side = side};
+    const std::vector<double> along_u = lines(half_extents_[frame.u], rounding_);
+    const std::vector<double> along_v = lines(half_extents_[frame.v], rounding_);
+    std::vector<std::array<int, 2>> pip_cells;
+    for (const Vector3d& place : pip_places(face_along(axis, side)))
+      pip_cells.push_back({static_cast<int>(std::lround(place[frame.u])) + kRoundingParts + 1,
+                           static_cast<int>(std::lround(place[frame.v])) + kRoundingParts + 1});
+    for (int i = 0; i + 1 < std::ssize(along_u); ++i)
+      for (int j = 0; j + 1 < std::ssize(along_v); ++j) {
+        const auto corner = [&](int di, int dj) {
+          return point(frame, along_u[static_cast<std::size_t>(i + di)],
+                       along_v[static_cast<std::size_t>(j + dj)]);
+        };
+        const std::array<Vector3d, 4> corners = {corner(1, 1), corner(0, 1), corner(0, 0), corner(1, 0)};
+        if (std::find(pip_cells.begin(), pip_cells.end(), std::array{i, j}) != pip_cells.end()) {
+          add_pip(frame, corners);
+        } else {
+          const std::uint32_t a = vertex(corners[0]), b = vertex(corners[1]), c = vertex(corners[2]),
+                              d = vertex(corners[3]);
+          add_triangle(body, frame, a, b, c);
+          add_triangle(body, frame, a, c, d);
+        }
       }
-      for (std::uint32_t i = 1; i + 1 < kPipCorners; ++i)
-        mesh.indices.insert(mesh.indices.end(), {first, first + i, first + i + 1});
+  }
+
+  /// Of a face: its axes, u to v counter-clockwise seen along the first one, and which way it looks.
+  struct Frame {
+    int axis, u, v, side;
+  };
+  Vector3d point(const Frame& frame, double u, double v) const {
+    Vector3d on_box;
+    on_box[frame.axis] = frame.side * half_extents_[frame.axis];
+    on_box[frame.u] = u;
+    on_box[frame.v] = v;
+    return on_box;
+  }
+  static void add_triangle(Mesh& mesh, const Frame& frame, std::uint32_t a, std::uint32_t b,
+                           std::uint32_t c) {
+    if (frame.side < 0) std::swap(b, c);
+    mesh.indices.insert(mesh.indices.end(), {a, b, c});
+  }
+
+  /// A rectangle with a round hole, and the bowl in it. Corners are counter-clockwise from that of most u, v.
+  void add_pip(const Frame& frame, const std::array<Vector3d, 4>& corners) {
+    const Vector3d centre = (corners[0] + corners[2]) / 2;
+    const auto on_circle = [&](int corner, double radius, double depth) {
+      const double angle = 2 * std::numbers::pi * corner / kPipCorners;
+      Vector3d place = centre;
+      place[frame.u] += radius * std::cos(angle);
+      place[frame.v] += radius * std::sin(angle);
+      place[frame.axis] -= frame.side * depth;
+      return place;
+    };
+    std::vector<std::uint32_t> rim;
+    for (int corner = 0; corner < kPipCorners; ++corner)
+      rim.push_back(vertex(on_circle(corner, pip_radius_, 0)));
+    constexpr std::size_t kQuarter = kPipCorners / 4;
+    for (std::size_t quarter = 0; quarter < 4; ++quarter) {
+      const std::uint32_t here = vertex(corners[quarter]), next = vertex(corners[(quarter + 1) % 4]);
+      for (std::size_t k = quarter * kQuarter; k < (quarter + 1) * kQuarter; ++k)
+        add_triangle(body, frame, rim[k], here, rim[(k + 1) % kPipCorners]);
+      add_triangle(body, frame, here, next, rim[(quarter + 1) * kQuarter % kPipCorners]);
+    }
+
+    const auto first = static_cast<std::uint32_t>(pips.positions.size() / 3);
+    for (int corner = 0; corner < kPipCorners; ++corner)
+      add_point(pips, on_circle(corner, pip_radius_, 0));
+    for (int corner = 0; corner < kPipCorners; ++corner)
+      add_point(pips, on_circle(corner, kBowlRing * pip_radius_,
+                                kPipDepth * (1 - kBowlRing * kBowlRing) * pip_radius_));
+    add_point(pips, on_circle(0, 0, kPipDepth * pip_radius_));
+    for (std::uint32_t k = 0; k < kPipCorners; ++k) {
+      const std::uint32_t outer = first + k, outer_next = first + (k + 1) % kPipCorners;
+      const std::uint32_t inner = outer + kPipCorners, inner_next = outer_next + kPipCorners;
+      add_triangle(pips, frame, outer, outer_next, inner_next);
+      add_triangle(pips, frame, outer, inner_next, inner);
+      add_triangle(pips, frame, inner, inner_next, first + 2 * kPipCorners);
     }
   }
-  return mesh;
-}
 
-/// The surface where dice went and around, with vertices on a grid that is finer than that of the control
-/// points, in the world's frame.
-Mesh table_mesh(const std::vector<DieState>& states, const Placement& placement, Table& table) {
+  Vector3d half_extents_;
+  double rounding_;
+  Vector3d core_;
+  double pip_radius_;
+  std::map<std::array<std::int64_t, 3>, std::uint32_t> known_;  ///< vertices by place, in nanometres
+};
+
+/// The surface where dice went and around, with points on a grid that is finer than that of the control
+/// points, and where the grid's pose puts it.
+Body table_of(const std::vector<DieState>& states, const Placement& placement, Table& table) {
   Vector3d low = states.front().position, high = low;
   for (const DieState& state : states) {
     low = low.cwiseMin(state.position);
@@ -137,25 +211,29 @@ Mesh table_mesh(const std::vector<DieState>& states, const Placement& placement,
   const auto last = [&](double most) { return std::llround((most + kMargin) / width); };
   const std::int64_t x0 = first(low.x()), x1 = last(high.x()), z0 = first(low.z()), z1 = last(high.z());
 
-  Mesh mesh;
+  HeightField field{
+      .rows = static_cast<std::size_t>(x1 - x0 + 1),
+      .columns = static_cast<std::size_t>(z1 - z0 + 1),
+      .spacing = width,
+      .heights = {},
+      .attributes = {{.name = "restitution", .values = {}}, {.name = "friction", .values = {}}}};
+  // Mirrored, the columns go against the grid's z.
+  const std::int64_t z_begin = placement.mirrored() ? z1 : z0, z_step = placement.mirrored() ? -1 : 1;
   for (std::int64_t i = x0; i <= x1; ++i)
-    for (std::int64_t j = z0; j <= z1; ++j) {
-      const double x = static_cast<double>(i) * width, z = static_cast<double>(j) * width;
-      for (const double value : placement.point({x, table.height(x, z).value, z}))
-        mesh.positions.push_back(std::round(value / kPrecision) * kPrecision);
+    for (std::int64_t column = 0; column <= z1 - z0; ++column) {
+      const double x = static_cast<double>(i) * width,
+                   z = static_cast<double>(z_begin + z_step * column) * width;
+      const Table::Material material = table.material(x, z);
+      field.heights.push_back(table.height(x, z).value);
+      field.attributes[0].values.push_back(material.restitution);
+      field.attributes[1].values.push_back(material.friction);
     }
-  const auto columns = static_cast<std::uint32_t>(z1 - z0 + 1),
-             rows = static_cast<std::uint32_t>(x1 - x0 + 1);
-  for (std::uint32_t i = 0; i + 1 < rows; ++i)
-    for (std::uint32_t j = 0; j + 1 < columns; ++j) {
-      const std::uint32_t a = i * columns + j, b = a + columns, c = b + 1, d = a + 1;
-      // From x to z is clockwise, seen from above, unless it is mirrored.
-      if (placement.mirrored())
-        mesh.indices.insert(mesh.indices.end(), {a, b, c, a, c, d});
-      else
-        mesh.indices.insert(mesh.indices.end(), {a, c, b, a, d, c});
-    }
-  return mesh;
+  const Vector3d corner(static_cast<double>(x0) * width, 0, static_cast<double>(z_begin) * width);
+  return {.name = "table",
+          .shape = std::move(field),
+          .colour = kFelt,
+          .pose = {.position = placement.point(corner),
+                   .rotation = placement.rotation(Eigen::Quaterniond::Identity()).normalized()}};
 }
 
 }  // namespace
@@ -184,19 +262,20 @@ void write_scene(const DieShape& shape, const DiceThrow& thrown, const std::vect
   std::vector<Body>& bodies = animation.bodies;
   bodies.clear();
   const std::size_t dice = thrown.scene.dice.size();
-  for (std::size_t die = 0; die < dice; ++die)
-    bodies.push_back(
-        {.name = die_name(die),
-         .shape = rounded_box(painted(shape.half_extents(), thrown.paint[die]), shape.rounding()),
-         .colour = kColours[die % kColours.size()],
-         .track = die});
-  bodies.push_back(
-      {.name = "table", .shape = table_mesh(states, thrown.placement, table), .colour = "#3f6b52"});
-  for (std::size_t die = 0; die < dice; ++die)
-    bodies.push_back({.name = "pips_" + std::to_string(die + 1),
-                      .shape = pips(painted(shape.half_extents(), thrown.paint[die])),
-                      .colour = die % kColours.size() == 0 ? kDarkPips : kLightPips,
+  std::vector<Body> pips;
+  for (std::size_t die = 0; die < dice; ++die) {
+    DieMeshes meshes(painted(shape.half_extents(), thrown.paint[die]), shape.rounding());
+    bodies.push_back({.name = die_name(die),
+                      .shape = std::move(meshes.body),
+                      .colour = kColours[die % kColours.size()],
                       .track = die});
+    pips.push_back({.name = "pips_" + std::to_string(die + 1),
+                    .shape = std::move(meshes.pips),
+                    .colour = die % kColours.size() == 0 ? kDarkPips : kLightPips,
+                    .track = die});
+  }
+  bodies.push_back(table_of(states, thrown.placement, table));
+  std::move(pips.begin(), pips.end(), std::back_inserter(bodies));
 }
 
 Viewpoint throw_viewpoint(const Animation& animation) {
@@ -205,11 +284,11 @@ Viewpoint throw_viewpoint(const Animation& animation) {
     low = low.cwiseMin(track.positions.rowwise().minCoeff());
     high = high.cwiseMax(track.positions.rowwise().maxCoeff());
   }
-  const Vector3d around = Vector3d::Constant(0.015);
+  const Vector3d around(0.022, 0.015, 0.022);
   return {.center = (low + high) / 2,
           .half_extents = (high - low) / 2 + around,
           .azimuth = 0.3,
-          .elevation = 0.55};
+          .elevation = 0.62};
 }
 
 }  // namespace retake::dice

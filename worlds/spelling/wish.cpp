@@ -230,7 +230,7 @@ double Wish::upper_bound(const Animation& so_far) const {
   return std::min(said.filled + said.underway - wished_, 0) * log_lambda_;
 }
 
-std::vector<Body> Wish::markers() const {
+std::vector<Body> Wish::markers(const Animation&) const {
   return {designated_floors(*box_, pattern_)};
 }
 

@@ -42,7 +42,7 @@ class Wish final : public Term {
   double least_when_satisfied() const override { return 0; }
   /// A ball that has settled stays, and each that has not may yet fill a bin.
   double upper_bound(const Animation& so_far) const override;
-  std::vector<Body> markers() const override;
+  std::vector<Body> markers(const Animation&) const override;
 
  private:
   /// How many balls lie in each bin, and how many lie where they are of no use.

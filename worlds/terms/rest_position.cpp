@@ -3,16 +3,44 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numbers>
 #include <utility>
 
 #include "worlds/terms/fields.h"
 
 namespace retake::terms {
+namespace {
+
+// The mark, all chosen, in lengths by which places may be missed by default.
+constexpr double kDot = 0.2;           // radius of the dot in the middle
+constexpr double kLine = 0.3;          // width of circles
+constexpr double kRingDistance = 2.8;  // from the tolerance to the ring, for a body of some lengths
+constexpr std::uint32_t kAround = 40;  // corners of a circle
+
+/// Appends what lies between two circles around the origin, on a surface that is as high as `height` says.
+void add_annulus(double inner, double outer, const std::function<double(double, double)>& height,
+                 Mesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
+  for (const double radius : {inner, outer})
+    for (std::uint32_t corner = 0; corner < kAround; ++corner) {
+      const double angle = 2 * std::numbers::pi * corner / kAround;
+      const double x = radius * std::cos(angle), z = radius * std::sin(angle);
+      mesh.positions.insert(mesh.positions.end(), {x, height(x, z), z});
+    }
+  for (std::uint32_t corner = 0; corner < kAround; ++corner) {
+    const std::uint32_t a = first + corner, b = first + (corner + 1) % kAround;
+    // From x to z is clockwise, seen from above.
+    mesh.indices.insert(mesh.indices.end(), {a, b, b + kAround, a, b + kAround, a + kAround});
+  }
+}
+
+}  // namespace
 
 RestPosition::RestPosition(Place place, const Setting& setting)
     : place_(std::move(place)),
       mark_height_(setting.mark_height),
-      least_radius_(setting.length / 4),
+      length_(setting.length),
       flat_(setting.flat),
       reads_frames_(setting.rests_need_frames) {}
 
@@ -44,14 +72,28 @@ double RestPosition::upper_bound(const Animation& so_far) const {
   return track->settled ? log_gaussian(miss(*track), place_.sd) : 0;
 }
 
-std::vector<Body> RestPosition::markers() const {
-  const double half = mark_height_;
-  Shape shape = Cylinder{.radius = std::max(place_.tolerance, least_radius_), .height = 2 * half};
-  if (flat_) shape = Box{{place_.tolerance, half, *flat_}};
-  return {Body{.name = "target",
-               .shape = std::move(shape),
-               .colour = "#2f9e5b",
-               .pose = {.position = {place_.x, half, place_.z}}}};
+std::vector<Body> RestPosition::markers(const Animation& shown) const {
+  Body mark{.name = "target", .shape = {}, .colour = "#2f9e5b"};
+  if (flat_) {
+    mark.shape = Box{{place_.tolerance, mark_height_, *flat_}};
+    mark.pose.position = {place_.x, mark_height_, 0};
+    return {std::move(mark)};
+  }
+  mark.pose.position = {place_.x, 0, place_.z};
+  const auto height = [&](double x, double z) {
+    return ground_height(shown, place_.x + x, place_.z + z) + mark_height_;
+  };
+  Mesh mesh;
+  const double line = kLine * length_, ring = place_.tolerance + kRingDistance * length_;
+  add_annulus(0, kDot * length_, height, mesh);
+  add_annulus(std::max(place_.tolerance - line, 0.0), place_.tolerance, height, mesh);
+  if (place_.tolerance < kRingDistance * length_) add_annulus(ring, ring + line, height, mesh);
+  mark.shape = std::move(mesh);
+  if (const auto body = std::find_if(shown.bodies.begin(), shown.bodies.end(),
+                                     [&](const Body& each) { return each.name == place_.body; });
+      body != shown.bodies.end())
+    mark.colour = body->colour;
+  return {std::move(mark)};
 }
 
 TermKind rest_position_term(const Setting& setting) {

@@ -28,15 +28,16 @@ class RestPosition final : public Term {
   double least_when_satisfied() const override;
   /// What has settled stays, and who takes part is known from the start.
   double upper_bound(const Animation& so_far) const override;
-  /// A disc on the floor, or a stripe across a flat world.
-  std::vector<Body> markers() const override;
+  /// On the ground, in the body's colour: a dot, a circle as wide as the tolerance, and a ring around a
+  /// narrow one, by which it is found. Or a stripe across a flat world.
+  std::vector<Body> markers(const Animation& shown) const override;
 
  private:
   double miss(const Track& track) const;
 
   Place place_;
   double mark_height_;
-  double least_radius_;  ///< [m] of a mark, so that it can be seen
+  double length_;  ///< [m] by which a place may be missed by default
   std::optional<double> flat_;
   bool reads_frames_;
 };

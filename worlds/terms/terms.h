@@ -20,7 +20,7 @@ struct Setting {
   double length;                   ///< [m] by which places may be missed by default
   double speed;                    ///< [m/s] by which velocities may be missed by default
   std::string source;              ///< of these two
-  double mark_height = 0.001;      ///< [m] half the height of a mark that lies on y = 0
+  double mark_height = 0.001;      ///< [m] by which marks lie above the ground; half their height if flat
   bool rests_need_frames = false;  ///< rests are not known without frames
   /// All motion is in the plane z = 0; how far a mark reaches to either side of it [m].
   std::optional<double> flat{};
