@@ -100,6 +100,17 @@ def measure_dice():
     measure_figures("bench_dice", ["--quick"] if quick else [], {
         "dice: full simulations": "2,000",
     })
+    firsts = {"1, pose random": {"4 mm": "1", "1 mm": "1", "0.1 mm": "1"}, "1, pose fixed": {"4 mm": "1", "1 mm": "5"},
+              "2, pose random": {"4 mm": "3", "1 mm": "30"}, "3, pose random": {"4 mm": "3", "1 mm": "30"},
+              "6, pose random": {"4 mm": "10", "1 mm": "30"}}
+    measure_figures("bench_throws", ["--quick"] if quick else [], {
+        f"dice: first of {dice}, within {tolerance}, worst": bar
+        for dice, bars in firsts.items() for tolerance, bar in bars.items()
+    } | {
+        name: bar for tolerance in ("4 mm", "1 mm", "0.1 mm") for name, bar in (
+            (f"dice: one with its face within {tolerance}, placed with roulette", "4,000"),
+            (f"dice: one with its face within {tolerance}, placed", "1,000"))
+    })
 
 
 def measure_daemon(folder):

@@ -148,6 +148,43 @@ TEST(DiceMoves, WhatMovesAloneLeavesTheOthersAlone) {
   EXPECT_GT(moved, 20);
 }
 
+TEST(DiceMoves, DiceAndGridMoveTogetherWithoutSimulation) {
+  Proposals proposals(row(3, 0.3, false, json::object()));
+  const Model& model = proposals.scenario->model();
+  int moved = 0;
+  double stepped = 0;
+  for (const auto& row : proposals.target->guide->kernels().rows()) {
+    if (row.name != "pose") continue;
+    for (std::uint64_t i = 0; i < 40; ++i) {
+      RandomStream random({.seed = 74, .iteration = i});
+      const State current = draw_state(model, random);
+      Score score, candidate_score;
+      std::unique_ptr<retake::Run> run;
+      proposals.simulate(current, score, run);
+      State candidate = current;
+      row.kernel->propose(model, {current, score, run.get()}, candidate, random);
+      if (!model.in_support(candidate)) continue;
+      candidate_score.measures.resize(score.measures.size());
+      const auto outcome = proposals.performer->simulate(
+          candidate, {.current_state = &current, .current_run = run.get()}, candidate_score);
+      ++moved;
+      stepped += outcome.simulated_seconds;
+      const std::string name = "rest_x_1";
+      EXPECT_NE(measure(*proposals.scenario, score, name),
+                measure(*proposals.scenario, candidate_score, name));
+      // Distances between dice stay.
+      const auto apart = [&](const Score& of) {
+        return std::hypot(
+            measure(*proposals.scenario, of, "rest_x_1") - measure(*proposals.scenario, of, "rest_x_3"),
+            measure(*proposals.scenario, of, "rest_z_1") - measure(*proposals.scenario, of, "rest_z_3"));
+      };
+      EXPECT_NEAR(apart(score), apart(candidate_score), 1e-12);
+    }
+  }
+  EXPECT_GT(moved, 10);
+  EXPECT_EQ(stepped, 0);
+}
+
 // --- Beside rejection ----------------------------------------------------------------------------------
 
 /// Numbers of a throw, of all kinds that moves set or depend on.

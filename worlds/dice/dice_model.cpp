@@ -139,14 +139,19 @@ Placement DiceModel::place_with_die(const State& state, DieState& launched) cons
                    at(state, mirrored()) == 1);
 }
 
-/// What one die does says nothing of where the grid lies for the others.
+/// What one die does says nothing of where the grid lies for the others. Launches are rounded in the grid, so
+/// that dice and grid can be moved together and the motion stays as it is, bit for bit.
 Placement DiceModel::place_with_world(const State& state, std::vector<Launch>& dice) const {
+  constexpr double kFineness = 0x1p34;  // a multiple of 6e-11 [m] or [m/s]
+  const auto rounded = [](const Vector3d& vector) -> Vector3d {
+    return vector.unaryExpr([](double value) { return std::nearbyint(value * kFineness) / kFineness; });
+  };
   const Vector3d origin(at(state, phase_x()), 0, at(state, phase_x() + 1));
   const Placement placement(origin, Vector3d::Zero(), heading_in_grid(state), Vector2d::UnitX(),
                             at(state, mirrored()) == 1);
   for (Launch& launch : dice) {
-    launch.state.position = placement.point_in_grid(launch.state.position);
-    launch.state.linear_velocity = placement.direction_in_grid(launch.state.linear_velocity);
+    launch.state.position = rounded(placement.point_in_grid(launch.state.position));
+    launch.state.linear_velocity = rounded(placement.direction_in_grid(launch.state.linear_velocity));
   }
   return placement;
 }

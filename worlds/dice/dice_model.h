@@ -60,7 +60,8 @@ struct DiceThrow {
 /// direction, are in the grid's. Phase and heading are those of the start and the flight if there is one die:
 /// then the motion in the grid depends on them, the height, the horizontal and the vertical speed, spin,
 /// orientation and the table alone, and States that differ only in the rest have the same motion, bit for
-/// bit. Of several dice, they are those of the world's origin and its x axis. That is the same model.
+/// bit. Of several dice, they are those of the world's origin and its x axis, which is the same model, but
+/// for launches that are rounded in the grid to 6e-11 m and m/s.
 ///
 /// A square grid is the same after a quarter turn, so headings of a quarter of the circle are all there are.
 /// Immutable. Thread safety: shared by all threads.

@@ -344,17 +344,68 @@ class WalkPoint final : public ScoredKernel {
   const Known& known_;
 };
 
+/// Turns and shifts the grid and all that is thrown on it, symmetrically: the motion stays as it is, and ends
+/// elsewhere.
+class MovePose final : public ScoredKernel {
+ public:
+  explicit MovePose(const Known& known) : known_(known) {}
+  double propose(const Model&, const Simulated& current, State& candidate,
+                 RandomStream& random) const override {
+    // Chosen: the spread of a start, and of the direction of a throw.
+    const DiceSettings& settings = known_.model->settings();
+    const double scale = std::pow(10, -2 * random.uniform());
+    const double angle = scale * settings.speed_spread / settings.speed * random.gaussian();
+    const Vector2d shift = scale * settings.start_spread * Vector2d(random.gaussian(), random.gaussian());
+    const Vector2d pivot(settings.speed * 0.3, 0);  // about where dice come to rest; chosen
+    const double cosine = std::cos(angle), sine = std::sin(angle);
+    const auto turned = [&](double x, double z) {
+      return Vector2d(cosine * x - sine * z, sine * x + cosine * z);
+    };
+
+    // The world's origin and its x axis, seen from the grid.
+    const Placement placement = known_.model->read(current.state).placement;
+    const Vector2d from_pivot = -shift - pivot;
+    const Vector2d origin = pivot + Vector2d(cosine * from_pivot.x() + sine * from_pivot.y(),
+                                             -sine * from_pivot.x() + cosine * from_pivot.y());
+    const Vector3d phase = placement.point_in_grid({origin.x(), 0, origin.y()});
+    const Vector3d axis = placement.direction_in_grid({cosine, 0, -sine});
+    const DiceModel& model = *known_.model;
+    at(candidate, model.phase_x()) = phase.x();
+    at(candidate, model.phase_x() + 1) = phase.z();
+    at(candidate, model.heading()) = std::atan2(axis.z(), axis.x());
+
+    for (std::size_t die = 0; die < known_.dice(); ++die) {
+      const std::size_t start = model.start_x(die), velocity = model.velocity_x(die);
+      const Vector2d place =
+          pivot + shift + turned(at(candidate, start) - pivot.x(), at(candidate, start + 2));
+      const Vector2d flight = turned(at(candidate, velocity), at(candidate, velocity + 2));
+      at(candidate, start) = place.x();
+      at(candidate, start + 2) = place.y();
+      at(candidate, velocity) = flight.x();
+      at(candidate, velocity + 2) = flight.y();
+    }
+    return 0;
+  }
+
+ private:
+  const Known& known_;
+};
+
 // --- The guide -----------------------------------------------------------------------------------------
 
 class DiceGuide final : public Guide {
  public:
   explicit DiceGuide(Known known) : known_(std::move(known)), walk_point_(known_) {
     // Chosen.
-    kernels_ = ScoredKernelTable({{"alone", 0.2, std::make_shared<const OneAlone>(known_, true)},
-                                  {"later", 0.2, std::make_shared<const OneAlone>(known_, false)},
-                                  {"launch", 0.2, std::make_shared<const LaunchAgain>(known_)},
-                                  {"all_later", 0.05, std::make_shared<const TableLater>(known_)},
-                                  {"point", 0.35, std::make_shared<const WalkPoint>(known_)}});
+    std::vector<Weighted<ScoredKernel>> rows = {
+        {"alone", 0.2, std::make_shared<const OneAlone>(known_, true)},
+        {"later", 0.2, std::make_shared<const OneAlone>(known_, false)},
+        {"launch", 0.2, std::make_shared<const LaunchAgain>(known_)},
+        {"all_later", 0.05, std::make_shared<const TableLater>(known_)},
+        {"point", 0.25, std::make_shared<const WalkPoint>(known_)}};
+    if (known_.model->settings().pose == GridPose::random)
+      rows.push_back({"pose", 0.1, std::make_shared<const MovePose>(known_)});
+    kernels_ = ScoredKernelTable(std::move(rows));
     order_ = order_of_places();
   }
   DiceGuide(const DiceGuide&) = delete;

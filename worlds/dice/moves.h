@@ -20,7 +20,8 @@ namespace retake::dice {
 /// - `later`: of the table, what one die has touched before some time and what the others touch is as it was;
 /// - `launch`: one die is thrown anew on the same table, whatever it hits;
 /// - `all_later`: of the table, what any die has touched before some time is as it was;
-/// - `point`: one control point that some die touches is moved a little.
+/// - `point`: one control point that some die touches is moved a little;
+/// - `pose`: grid and dice are turned and shifted together, if the grid's pose is random.
 ///
 /// `alone` and `later` are given up if the die has met another one since, before or after: else what the
 /// others touch would change, and there would be no way back. Where dice are thrown anew, simulations that
