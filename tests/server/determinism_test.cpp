@@ -28,10 +28,24 @@ struct Walk {
   const char* name;
   json scenario;
   json chain;
+  std::size_t fewest = 50;  ///< samples, fewer of which would not tell chains apart
 };
 
 json word_document(const std::string& text) {
   return {{"world", "spelling"}, {"constraints", {{{"kind", "spell"}, {"text", text}}}}};
+}
+
+/// Every die is to come to rest in the same disc, which is no wider than two dice need.
+json dice_document(const json& model, double tolerance) {
+  json wishes = json::array();
+  for (int die = 1; die <= model.at("dice"); ++die)
+    wishes.push_back({{"kind", "rest_position"},
+                      {"body", "die_" + std::to_string(die)},
+                      {"x", 0.12},
+                      {"z", 0},
+                      {"sd", tolerance},
+                      {"tolerance", tolerance}});
+  return {{"world", "dice"}, {"model", model}, {"constraints", wishes}};
 }
 
 json pins_document(const json& rack, const json& down) {
@@ -55,12 +69,17 @@ std::vector<Walk> walks() {
       {"conditional", wish_document(1, 0.001),
        json::parse(R"({"seed":15,"method":"conditional","stop":{"iterations":500000}})")},
       {"tempering", wish_document(1, 0.002),
-       json::parse(R"({"seed":16,"method":"tempering","stop":{"iterations":300000}})")},
+       json::parse(R"({"seed":16,"method":"tempering","stop":{"iterations":600000}})")},
       {"bowling_conditional", pins_document({10}, {10}),
        json::parse(R"({"seed":17,"method":"conditional","stop":{"iterations":1500}})")},
       // And this one while it builds, burns in, samples and walks a soft stretch.
       {"spelling_conditional", word_document("I"),
-       json::parse(R"({"seed":18,"method":"conditional","stop":{"iterations":1500}})")}};
+       json::parse(R"({"seed":18,"method":"conditional","stop":{"iterations":1500}})")},
+      // Draws that are placed, and dice that may meet.
+      {"dice_placed", dice_document({{"dice", 1}}, 0.02),
+       json::parse(R"({"seed":19,"method":"conditional","stop":{"iterations":2500}})"), 15},
+      {"dice_guided", dice_document({{"dice", 2}}, 0.02),
+       json::parse(R"({"seed":20,"method":"conditional","stop":{"iterations":2500}})"), 8}};
 }
 
 /// Runs a walk on a daemon of its own, nothing disturbing it.
@@ -73,7 +92,7 @@ Found undisturbed(const Walk& walk, const std::string& threads = "2") {
   EXPECT_EQ(ended["ended_by"], "iterations");
   Found found = found_by(daemon, scenario, chain);
   EXPECT_EQ(found.size(), ended["samples"]);
-  EXPECT_GT(found.size(), 50) << "too few to tell chains apart";
+  EXPECT_GT(found.size(), walk.fewest);
   return found;
 }
 

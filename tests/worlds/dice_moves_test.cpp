@@ -212,7 +212,7 @@ void expect_exact(const Scenario& scenario, int dice, std::uint64_t hits, std::u
   std::vector<std::vector<double>> plain;
   Chain rejection(scenario.target(Ratios::exact), {.seed = 81, .method = Method::rejection});
   while (plain.size() < hits)
-    if (rejection.step(*performer))
+    if (rejection.step(*performer) && rejection.stay().score.satisfied)
       plain.push_back(numbers(scenario, rejection.stay().state, rejection.stay().score, dice));
 
   std::vector<std::vector<double>> means;
