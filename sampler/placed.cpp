@@ -4,42 +4,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sampler/roulette.h"
+
 namespace retake {
 namespace {
 
-constexpr double kCountsOfMost = 8;       // chosen: rounding then costs little, and few samples are stored
-constexpr double kLargestCount = 1e12;    // far from any that a bound allows
-constexpr std::uint64_t kLearned = 4000;  // draws; chosen: the study gained 4 % more from twice as many
-
-/// Plays roulette at every checkpoint.
-class Player final : public Watch {
- public:
-  Player(const PlacedRedraw& placed, const Roulette& roulette, RandomStream& random,
-         std::vector<Roulette::Visit>& visits, double& survival)
-      : placed_(placed), roulette_(roulette), random_(random), visits_(visits), survival_(survival) {}
-
-  bool goes_on(std::size_t checkpoint, double seconds, std::span<const double> features) override {
-    const std::size_t bin = placed_.bin(features);
-    visits_.push_back({.checkpoint = checkpoint, .bin = bin, .seconds = seconds});
-    if (!roulette_.is_frozen()) return true;
-    const double share = roulette_.survival(checkpoint, bin) / survival_;
-    if (share >= 1) return true;
-    survival_ *= share;
-    return random_.uniform() < share;
-  }
-
- private:
-  const PlacedRedraw& placed_;
-  const Roulette& roulette_;
-  RandomStream& random_;
-  std::vector<Roulette::Visit>& visits_;
-  double& survival_;
-};
+constexpr double kCountsOfMost = 8;     // chosen: rounding then costs little, and few samples are stored
+constexpr double kLargestCount = 1e12;  // far from any that a bound allows
 
 }  // namespace
 
 Placed::Placed(const Target& target, const ChainSettings& settings, ChainCounts& counts)
-    : Walk(target, settings, counts), roulette_(target.placed->checkpoints(), target.placed->bins()) {
+    : Walk(target, settings, counts) {
   counts_.odds.basis = OddsBasis::learned;
   drawn_.stay.score.measures.assign(target_.measure_names.size(), kAbsent);
 }
@@ -48,12 +24,7 @@ bool Placed::step(Simulator& simulator) {
   RandomStream draws = random(Purpose::proposal);
   ++counts_.kernels[0].proposed;
   if (!draw(draws, simulator)) return false;
-  const bool is_hit = place(draws, simulator);
-  if (!roulette_.is_frozen()) {
-    roulette_.learn(visits_, is_hit ? std::exp(log_weight_) : 0, seconds_);
-    if (++learned_from_ == kLearned) roulette_.freeze();
-  }
-  if (!is_hit) return false;
+  if (!place(draws, simulator)) return false;
   ++counts_.kernels[0].accepted;
   ++counts_.accepted;
   counts_.odds.add_hit(std::exp(log_weight_));
@@ -75,13 +46,14 @@ bool Placed::draw(RandomStream& draws, Simulator& simulator) {
   candidate_log_prior_ = target_.model->log_prior(candidate_);
   if (candidate_log_prior_ == kImpossible) return false;
   ++counts_.odds.draws;
-  visits_.clear();
-  survival_ = 1;
-  Player player(*target_.placed, roulette_, draws, visits_, survival_);
-  const bool plays = target_.placed->checkpoints() > 0;
-  const double seconds_before = counts_.simulated_seconds;
-  const bool is_whole = simulate_candidate(simulator, nullptr, kImpossible, plays ? &player : nullptr);
-  seconds_ = counts_.simulated_seconds - seconds_before;
+  Roulette roulette(
+      [this](std::size_t checkpoint, std::span<const double> features) {
+        return target_.placed->survival(checkpoint, features);
+      },
+      draws);
+  const bool plays = target_.placed->plays_roulette();
+  const bool is_whole = simulate_candidate(simulator, nullptr, kImpossible, plays ? &roulette : nullptr);
+  survival_ = roulette.survival();
   if (is_whole) move_to_candidate(drawn_);
   return is_whole;
 }
@@ -95,18 +67,6 @@ bool Placed::place(RandomStream& draws, Simulator& simulator) {
   candidate_log_prior_ = target_.model->log_prior(candidate_);
   return candidate_log_prior_ != kImpossible && simulate_candidate(simulator, &drawn_, needed_to_satisfy()) &&
          candidate_score_.satisfied;
-}
-
-void Placed::write(ByteWriter& out) const {
-  Walk::write(out);
-  out.put(learned_from_);
-  roulette_.write(out);
-}
-
-void Placed::read(ByteReader& in) {
-  Walk::read(in);
-  learned_from_ = in.get<std::uint64_t>();
-  roulette_.read(in);
 }
 
 }  // namespace retake

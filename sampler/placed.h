@@ -2,10 +2,10 @@
 // DESIGN section 3, "Symmetry sampling". Internal to the sampler.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "sampler/placed_redraw.h"
-#include "sampler/roulette.h"
 #include "sampler/walk.h"
 
 namespace retake {
@@ -15,27 +15,20 @@ namespace retake {
 /// whose mean is proportional to p p_c / q, as in Conditional; so what is counted are independent draws of
 /// p(A | satisfied), and the weights give the odds.
 ///
-/// Where the world has checkpoints, a roulette learns from a fixed number of draws what promises little, and
-/// then gives most of it up. Draws before and after count alike, by their exact weights.
+/// Where the world can tell on the way what promises little, most of that is given up by roulette.
 class Placed final : public Walk {
  public:
   /// Requires: target.placed.
   Placed(const Target& target, const ChainSettings& settings, ChainCounts& counts);
   static std::vector<std::string> kernel_names() { return {"placed"}; }
   bool step(Simulator& simulator) override;
-  void write(ByteWriter& out) const override;
-  void read(ByteReader& in) override;
 
  private:
   bool draw(RandomStream& draws, Simulator& simulator);
   bool place(RandomStream& draws, Simulator& simulator);
 
-  Roulette roulette_;
-  std::uint64_t learned_from_ = 0;  ///< draws
   // Of the iteration under way.
-  std::vector<Roulette::Visit> visits_;
   double survival_ = 1;
-  double seconds_ = 0;  ///< [s] that were simulated
   double log_weight_ = 0;
 };
 

@@ -17,14 +17,12 @@ class PlacedRedraw {
   /// Returns log p(what was set) - log q(what was set); minus infinity if no value can satisfy.
   virtual double place(const State& drawn, const Score& score, State& candidate,
                        RandomStream& random) const = 0;
-  /// At how many checkpoints simulations are looked at, and into how many bins what is seen there is sorted,
-  /// by what it promises.
-  virtual std::size_t checkpoints() const { return 0; }
-  virtual std::size_t bins() const { return 1; }
-  /// Of the features that Watch is shown.
-  virtual std::size_t bin(std::span<const double> features) const {
-    (void)features;
-    return 0;
+  /// Whether simulations are looked at, and may be given up by chance.
+  virtual bool plays_roulette() const { return false; }
+  /// See SurvivalFunction; what goes on counts for what does not.
+  virtual double survival(std::size_t checkpoint, std::span<const double> features) const {
+    (void)checkpoint, (void)features;
+    return 1;
   }
   /// What place() returns at most, but for draws of the prior that are never met; it only says what a large
   /// weight is.

@@ -33,11 +33,11 @@ class PlaceY final : public PlacedRedraw {
     return -kInfinity;
   }
   double most_log_weight() const override { return std::log(0.3); }
-  std::size_t checkpoints() const override { return plays_roulette_ ? 1 : 0; }
-  std::size_t bins() const override { return 8; }
-  std::size_t bin(std::span<const double> features) const override {
-    // Parts and whole bins do not meet, so some bins are mixed.
-    return static_cast<std::size_t>(std::clamp(features[0] + 4, 0.0, 7.0));
+  bool plays_roulette() const override { return plays_roulette_; }
+  /// Of the parts and of what lies about them, one more often than the other.
+  double survival(std::size_t, std::span<const double> features) const override {
+    const double x = features[0];
+    return x > 1.3 && x < 2 ? 0.9 : x > -1.2 && x < 0 ? 0.4 : 0.1;
   }
 
  private:
@@ -129,30 +129,29 @@ TEST(Placed, RouletteSavesWork) {
   EXPECT_LT(seconds[1], 0.9 * seconds[0]);
 }
 
-TEST(Roulette, WhatPromisesMoreSurvivesMoreOften) {
-  Roulette roulette(2, 3);
-  for (int i = 0; i < 300; ++i)
-    roulette.learn({{.checkpoint = 0, .bin = 0, .seconds = 1}, {.checkpoint = 1, .bin = 1, .seconds = 2}},
-                   i % 3 == 0 ? 1 : 0, 3);
-  for (int i = 0; i < 3000; ++i)
-    roulette.learn({{.checkpoint = 0, .bin = 2, .seconds = 1}, {.checkpoint = 1, .bin = 2, .seconds = 2}}, 0,
-                   3);
-  EXPECT_EQ(roulette.survival(0, 2), 1) << "before it is frozen";
-  roulette.freeze();
-  EXPECT_EQ(roulette.survival(0, 0), 1);
-  EXPECT_LT(roulette.survival(0, 2), 0.5);
-  EXPECT_GT(roulette.survival(0, 2), 0);
-  // What was never met has what is to be expected of its checkpoint.
-  EXPECT_GT(roulette.survival(0, 1), roulette.survival(0, 2));
+TEST(Roulette, SurvivesAsOftenAsTheLeastThatItMet) {
+  constexpr int kGames = 100'000;
+  const std::vector<double> met = {0.8, 0.9, 0.3, 0.5};
+  const auto survival = [&](std::size_t checkpoint, std::span<const double>) { return met[checkpoint]; };
+  RandomStream random = stream(533);
+  int survived = 0;
+  for (int game = 0; game < kGames; ++game) {
+    Roulette roulette(survival, random);
+    bool goes_on = true;
+    for (std::size_t checkpoint = 0; checkpoint < met.size() && goes_on; ++checkpoint)
+      goes_on = roulette.goes_on(checkpoint, 0, {});
+    if (!goes_on) continue;
+    ++survived;
+    EXPECT_DOUBLE_EQ(roulette.survival(), 0.3);
+  }
+  EXPECT_LT(std::abs(z_of_share(survived, kGames, 0.3)), kLargestZ);
 }
 
-TEST(Roulette, WithoutAHitEverythingSurvives) {
-  Roulette roulette(1, 2);
-  for (int i = 0; i < 100; ++i)
-    roulette.learn({{.checkpoint = 0, .bin = 1, .seconds = 1}}, 0, 2);
-  roulette.freeze();
-  EXPECT_EQ(roulette.survival(0, 0), 1);
-  EXPECT_EQ(roulette.survival(0, 1), 1);
+TEST(Roulette, WhatPromisesMoreSurvivesMoreOften) {
+  EXPECT_EQ(survival_of_promise(0), 1);
+  EXPECT_EQ(survival_of_promise(std::log(0.25)), 1);
+  EXPECT_NEAR(survival_of_promise(std::log(0.01)), 0.2, 1e-12);
+  EXPECT_EQ(survival_of_promise(-1e9), 0.02);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "sampler/check.h"
+#include "sampler/roulette.h"
 #include "worlds/dice/throw.h"
 
 namespace retake::dice {
@@ -122,41 +123,34 @@ class Promise {
     const LookFeatures target = look_at(start, there, 0);
     target_ = Vector2d(target[0], target[1]);
   }
-  double of(std::size_t look, const LookFeatures& features) const {
+  double operator()(std::size_t look, std::span<const double> features) const {
     const double miss = (Vector2d(features[0], features[1]) - target_).norm() / looks_[look].spread;
     // Proportional to the root of a Gaussian chance, and sure within 1.4 deviations.
     return std::clamp(std::exp(0.5 - 0.25 * miss * miss), kLeastSurvival, 1.0);
   }
 
  private:
-  std::array<Look, 7> looks_;
+  std::array<Look, kLooks> looks_;
   Vector2d target_;  ///< [m] from the start, along and across the heading in the grid
 };
 
 /// Looks at one die.
-class Roulette final : public Watch {
+class DieWatch final : public Roulette {
  public:
-  /// Without a promise nothing is given up but what meets another die although it may not.
-  Roulette(std::size_t die, bool may_meet, std::optional<Promise> promise, RandomStream& random)
-      : die_(die), may_meet_(may_meet), promise_(std::move(promise)), random_(random) {}
+  DieWatch(std::size_t die, bool may_meet, SurvivalFunction survival, RandomStream& random)
+      : Roulette(std::move(survival), random), die_(die), may_meet_(may_meet) {}
   std::size_t body() const override { return die_; }
   bool may_meet() const override { return may_meet_; }
-  bool goes_on(std::size_t checkpoint, double, std::span<const double> features) override {
-    if (!promise_) return true;
-    const double promised = promise_->of(checkpoint, {features[0], features[1], features[2]});
-    if (promised >= survival_) return true;
-    const double share = promised / survival_;
-    survival_ = promised;
-    return random_.uniform() < share;
-  }
 
  private:
   std::size_t die_;
   bool may_meet_;
-  std::optional<Promise> promise_;
-  RandomStream& random_;
-  double survival_ = 1;
 };
+
+/// Nothing is given up by chance.
+double surely(std::size_t, std::span<const double>) {
+  return 1;
+}
 
 double survival_of(const Known& known, const State& state, const Tumble& run, std::size_t die) {
   if (!known.wishes[die].place) return 1;
@@ -167,7 +161,7 @@ double survival_of(const Known& known, const State& state, const Tumble& run, st
   for (std::size_t look = 0; look < looks.size(); ++look) {
     const DieState& then = path.at(path.launch_step + known.steps(looks[look].seconds));
     if (then.quiet_steps >= known.engine.rest_steps()) continue;
-    least = std::min(least, promise.of(look, look_at(run.scene.dice[die].state, then, looks[look].rolls_on)));
+    least = std::min(least, promise(look, look_at(run.scene.dice[die].state, then, looks[look].rolls_on)));
   }
   return least;
 }
@@ -175,9 +169,9 @@ double survival_of(const Known& known, const State& state, const Tumble& run, st
 /// Who looks at a die that is thrown anew.
 std::unique_ptr<Watch> watch_throw(const Known& known, std::size_t die, bool may_meet, const State& candidate,
                                    RandomStream& random) {
-  std::optional<Promise> promise;
-  if (known.wishes[die].place) promise.emplace(known, candidate, die);
-  return std::make_unique<Roulette>(die, may_meet, std::move(promise), random);
+  SurvivalFunction survival = surely;
+  if (known.wishes[die].place) survival = Promise(known, candidate, die);
+  return std::make_unique<DieWatch>(die, may_meet, std::move(survival), random);
 }
 
 // --- Kernels -------------------------------------------------------------------------------------------
@@ -460,7 +454,7 @@ class DiceGuide final : public Guide {
     if (!die) return nullptr;
     if (die_thrown_anew(*known_.model, kept.state, candidate))
       return watch_throw(known_, *die, false, candidate, random);
-    return std::make_unique<Roulette>(*die, false, std::nullopt, random);
+    return std::make_unique<DieWatch>(*die, false, surely, random);
   }
 
   const ScoredKernelTable& kernels() const override { return kernels_; }

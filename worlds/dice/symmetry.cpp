@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sampler/check.h"
-#include "worlds/dice/throw.h"
+#include "sampler/roulette.h"
 
 namespace retake::dice {
 namespace {
@@ -97,40 +97,12 @@ double draw_von_mises(double mean, double concentration, RandomStream& random) {
 Symmetry::Symmetry(std::shared_ptr<const DiceModel> model, const EndWish& wish, const EndMeasures& measures)
     : model_(std::move(model)), wish_(wish), measures_(measures) {
   CHECK(model_->settings().dice == 1 && model_->settings().pose == GridPose::random);
-  if (wish_.place) most_log_weight_ += most_log_weight_of_place();
+  if (wish_.place) {
+    most_log_weight_ += most_log_weight_of_place();
+    for (std::size_t look = 0; look < kLooks; ++look)
+      most_log_promise_[look] = most_log_promise(look);
+  }
   if (wish_.face && model_->settings().random_paint) most_log_weight_ -= std::log(6);
-}
-
-namespace {
-
-// Bins of the roulette, as the study found them to be of use.
-constexpr std::size_t kRadialBins = 12, kAngularBins = 4, kSpeedBins = 3;
-constexpr double kRadialBin = 0.015, kAngularBin = 0.2, kSpeedBin = 0.1;  // [m], [rad], [m/s]
-
-std::size_t bin_of(double value, double width, std::size_t bins) {
-  return static_cast<std::size_t>(std::min(std::max(value, 0.0) / width, static_cast<double>(bins - 1)));
-}
-
-}  // namespace
-
-std::size_t Symmetry::checkpoints() const {
-  return wish_.place ? look_times(model_->settings()).size() : 0;
-}
-
-std::size_t Symmetry::bins() const {
-  return kRadialBins * kAngularBins * kSpeedBins;
-}
-
-std::size_t Symmetry::bin(std::span<const double> features) const {
-  // How far it will miss: of the distance, and of the direction, the better one of the throw and its mirror
-  // image.
-  const Vector2d rest(features[0], features[1]), target(wish_.place->x, wish_.place->z);
-  const double wanted = std::atan2(target.y(), target.x());
-  const double across = std::abs(std::abs(std::atan2(rest.y(), rest.x())) - std::abs(wanted));
-  const std::size_t radial =
-      bin_of(rest.norm() - target.norm() + kRadialBin * kRadialBins / 2, kRadialBin, kRadialBins);
-  const std::size_t angular = bin_of(across, kAngularBin, kAngularBins);
-  return (radial * kAngularBins + angular) * kSpeedBins + bin_of(features[2], kSpeedBin, kSpeedBins);
 }
 
 double Symmetry::concentration(double speed) const {
@@ -170,6 +142,32 @@ double log_density(double prior_concentration, const Vector2d& displacement, con
 }
 
 }  // namespace
+
+double Symmetry::survival(std::size_t look, std::span<const double> features) const {
+  return survival_of_promise(log_promise(look, {features[0], features[1]}) - most_log_promise_[look]);
+}
+
+double Symmetry::log_promise(std::size_t look, const Vector2d& rest) const {
+  const DiceSettings& settings = model_->settings();
+  const double spread = std::hypot(settings.start_spread, look_times(settings)[look].spread);
+  const double prior = concentration(settings.speed);
+  const Vector2d target(wish_.place->x, wish_.place->z);
+  return log_sum(log_density(prior, rest, target, spread),
+                 log_density(prior, mirror(rest, true), target, spread));
+}
+
+double Symmetry::most_log_promise(std::size_t look) const {
+  // Over displacements of every length and angle.
+  const double longest = 2 * std::hypot(wish_.place->x, wish_.place->z);
+  constexpr int kLengths = 100, kAngles = 180;
+  double most = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= kLengths; ++i)
+    for (int j = 0; j < kAngles; ++j) {
+      const double length = longest * i / kLengths, angle = 2 * kPi * j / kAngles;
+      most = std::max(most, log_promise(look, {length * std::cos(angle), length * std::sin(angle)}));
+    }
+  return most;
+}
 
 double Symmetry::log_weight_of_place(double speed, const Vector2d& displacement,
                                      const Vector2d& target) const {

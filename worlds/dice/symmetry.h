@@ -3,11 +3,13 @@
 // handedness and paint. DESIGN section 3, "Symmetry sampling". It must not know how dice move.
 #pragma once
 
+#include <array>
 #include <memory>
 
 #include "sampler/placed_redraw.h"
 #include "worlds/dice/dice_model.h"
 #include "worlds/dice/end_wish.h"
+#include "worlds/dice/throw.h"
 
 namespace retake::dice {
 
@@ -17,9 +19,10 @@ class Symmetry final : public PlacedRedraw {
   Symmetry(std::shared_ptr<const DiceModel> model, const EndWish& wish, const EndMeasures& measures);
 
   double place(const State& drawn, const Score& score, State& candidate, RandomStream& random) const override;
-  std::size_t checkpoints() const override;
-  std::size_t bins() const override;
-  std::size_t bin(std::span<const double> features) const override;
+  bool plays_roulette() const override { return wish_.place.has_value(); }
+  /// By the weight that is to be expected of a throw that will come to rest about there: closed again, as a
+  /// wider start would make it.
+  double survival(std::size_t look, std::span<const double> features) const override;
   /// Over throws up to five deviations faster than the mean.
   double most_log_weight() const override { return most_log_weight_; }
 
@@ -32,14 +35,17 @@ class Symmetry final : public PlacedRedraw {
 
  private:
   double concentration(double speed) const;
+  double log_promise(std::size_t look, const Eigen::Vector2d& rest) const;
   double place_die(const State& drawn, const Score& score, State& candidate, RandomStream& random) const;
   double paint_die(const State& drawn, const Score& score, State& candidate, RandomStream& random) const;
   double most_log_weight_of_place() const;
+  double most_log_promise(std::size_t look) const;
 
   std::shared_ptr<const DiceModel> model_;
   EndWish wish_;
   EndMeasures measures_;
   double most_log_weight_ = 0;
+  std::array<double, kLooks> most_log_promise_{};
 };
 
 /// log of exp(-x) I0(x), x >= 0.

@@ -20,7 +20,8 @@ struct Look {
   double rolls_on;  ///< [s] times its velocity is how far it still goes, on the whole
   double spread;    ///< [m] standard deviation, along each axis, of where it comes to rest instead
 };
-std::array<Look, 7> look_times(const DiceSettings& settings);
+inline constexpr std::size_t kLooks = 7;
+std::array<Look, kLooks> look_times(const DiceSettings& settings);
 
 /// Where a die may come to rest, from its start along and across its heading [m], and its horizontal speed
 /// [m/s].
