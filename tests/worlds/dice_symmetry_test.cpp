@@ -184,6 +184,57 @@ TEST(SlowDiceSymmetry, IsExact) {
   expect_exact(0.01, 400'000, 200'000);
 }
 
+/// The same without a look before the end.
+class WithoutRoulette final : public PlacedRedraw {
+ public:
+  explicit WithoutRoulette(std::shared_ptr<const PlacedRedraw> placed) : placed_(std::move(placed)) {}
+  double place(const State& drawn, const Score& score, State& candidate,
+               RandomStream& random) const override {
+    return placed_->place(drawn, score, candidate, random);
+  }
+  double most_log_weight() const override { return placed_->most_log_weight(); }
+
+ private:
+  std::shared_ptr<const PlacedRedraw> placed_;
+};
+
+/// What a chain says of how likely the wish is, and how long it simulated.
+struct Said {
+  double probability, error, seconds;
+};
+Said said_by_chain(const Scenario& scenario, bool roulette, int iterations) {
+  auto target = std::make_shared<Target>(*scenario.target(Ratios::exact));
+  if (!roulette) target->placed = std::make_shared<const WithoutRoulette>(target->placed);
+  const auto performer = scenario.make_performer();
+  Chain chain(target, {.seed = 66, .method = Method::conditional});
+  for (int i = 0; i < iterations; ++i)
+    chain.step(*performer);
+  const OddsTally& odds = chain.counts().odds;
+  const auto draws = static_cast<double>(odds.draws);
+  return {.probability = odds.sum / draws,
+          .error = std::sqrt(odds.squares) / draws,
+          .seconds = chain.counts().simulated_seconds};
+}
+
+void expect_roulette_changes_no_odds(double tolerance, int iterations) {
+  const auto scenario = one_die(tolerance, true);
+  const Said with = said_by_chain(*scenario, true, 4 * iterations),
+             without = said_by_chain(*scenario, false, iterations);
+  const double z = (with.probability - without.probability) / std::hypot(with.error, without.error);
+  std::printf("within %g m: %.3e with roulette, %.3e without, z %.2f\n", tolerance, with.probability,
+              without.probability, z);
+  EXPECT_LT(std::abs(z), 5);
+  EXPECT_LT(with.seconds, 3 * without.seconds) << "of four times as many draws";
+}
+
+TEST(DiceSymmetry, RouletteChangesNoOdds) {
+  expect_roulette_changes_no_odds(0.01, 1500);
+}
+TEST(SlowDiceSymmetry, RouletteChangesNoOdds) {
+  for (const double tolerance : {0.01, 0.001, 0.0001})
+    expect_roulette_changes_no_odds(tolerance, 60'000);
+}
+
 TEST(DiceSymmetry, AChainCountsThrowsByTheirWeights) {
   const auto scenario = one_die(0.001, true);
   const auto performer = scenario->make_performer();
