@@ -423,7 +423,7 @@ class DiceGuide final : public Guide {
     constexpr std::uint64_t kPatience = 150, kThrows = 1000;
     const double missed = off(kept, die);
     const std::uint64_t patience = missed > kNear ? kThrows : kPatience;
-    if (vain_tries > 0 && vain_tries % patience == 0) return give_up(die, candidate, random);
+    if (vain_tries > 0 && vain_tries % patience == 0) return give_up(die, missed > kNear, candidate, random);
     const double throwing = missed > kNear ? 0.95 : 0.05, walking = missed > kVeryNear ? 0.15 : 0.5;
     const double u = random.uniform();
     if (u < throwing)
@@ -559,10 +559,10 @@ class DiceGuide final : public Guide {
     return false;
   }
 
-  /// Takes a die that nothing helps away, and perhaps another one that may be in its way.
-  void give_up(std::size_t die, State& candidate, RandomStream& random) const {
+  /// Takes a die that nothing helps away, and another one if they may be in its way.
+  void give_up(std::size_t die, bool takes_another, State& candidate, RandomStream& random) const {
     put_behind(die, candidate);
-    if (random.bernoulli(0.5)) put_behind(random.index(known_.dice()), candidate);
+    if (takes_another) put_behind(random.index(known_.dice()), candidate);
   }
   void put_behind(std::size_t die, State& state) const {
     const DiceModel& model = *known_.model;
