@@ -178,7 +178,7 @@ void expect_exact(double tolerance, int plain_draws, int placed_draws) {
 }
 
 TEST(DiceSymmetry, IsExact) {
-  expect_exact(0.02, 4000, 4000);
+  expect_exact(0.02, 2500, 2500);
 }
 TEST(SlowDiceSymmetry, IsExact) {
   expect_exact(0.01, 400'000, 200'000);
@@ -228,7 +228,7 @@ void expect_roulette_changes_no_odds(double tolerance, int iterations) {
 }
 
 TEST(DiceSymmetry, RouletteChangesNoOdds) {
-  expect_roulette_changes_no_odds(0.01, 1500);
+  expect_roulette_changes_no_odds(0.01, 700);
 }
 TEST(SlowDiceSymmetry, RouletteChangesNoOdds) {
   for (const double tolerance : {0.01, 0.001, 0.0001})
