@@ -289,7 +289,8 @@ TEST(DiceThrow, TheTableThatIsShownIsTheOneThatIsRolledOn) {
 TEST(DiceThrow, EveryFaceShowsItsPips) {
   const auto scenario = Scenario::read(document({{"dice", 1}, {"paint", "fixed"}}, json::array()));
   RandomStream random = stream(360);
-  const auto take = scenario->make_performer()->perform(draw_state(scenario->model(), random));
+  const auto performer = scenario->make_performer();
+  const auto take = performer->perform(draw_state(scenario->model(), random));
   const Body& pips = take.animation.bodies.at(2);
   ASSERT_EQ(pips.name, "pips_1");
   const Mesh& mesh = std::get<Mesh>(pips.shape);
