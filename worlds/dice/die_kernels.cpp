@@ -32,14 +32,20 @@ double at(const State& state, std::size_t variable) {
 }
 constexpr std::size_t kLaunchVariables = 13;
 
+/// A step of pCN: of a Gaussian's deviations.
+double walked(double value, double mean, double deviation, double size, RandomStream& random) {
+  return mean + std::sqrt(1 - size * size) * (value - mean) + size * deviation * random.gaussian();
+}
+
 }  // namespace
 
 // --- What changed --------------------------------------------------------------------------------------
 
-void redraw_launch(const DiceModel& model, std::size_t die, State& state, RandomStream& random) {
+void walk_launch(const DiceModel& model, std::size_t die, double size, State& state, RandomStream& random) {
   for (std::size_t i = 0; i < kLaunchVariables; ++i) {
     const std::size_t variable = model.start_x(die) + i;
-    at(state, variable) = model.model()->variables()[variable].prior.draw(random);
+    const Distribution& prior = model.model()->variables()[variable].prior;
+    at(state, variable) = walked(at(state, variable), prior.mean(), prior.standard_deviation(), size, random);
   }
 }
 
@@ -178,7 +184,7 @@ class Throwing : public ScoredKernel {
  protected:
   /// Throws a die anew. Returns the most that log_hastings() can be.
   double throw_die(std::size_t die, const Simulated& current, State& candidate, RandomStream& random) const {
-    redraw_launch(*known_.model, die, candidate, random);
+    walk_launch(*known_.model, die, 1, candidate, random);
     return log_prior_ratio(current.state, candidate) +
            std::log(survival_of(known_, current.state, tumble(current), die) / kLeastSurvival);
   }
@@ -258,35 +264,29 @@ class TableLater final : public ScoredKernel {
   const Known& known_;
 };
 
-/// A control point that a die touches moves by a step that leaves its prior as it is (Neal 1998; "pCN"). It
-/// is still touched then, if no other die brings it about that it is not.
+/// A control point that a die touches moves by a step that leaves its prior as it is. It is still touched
+/// then, if no other die brings it about that it is not.
 class WalkPoint final : public ScoredKernel {
  public:
   explicit WalkPoint(const Known& known) : known_(known) {}
 
   double propose(const Model&, const Simulated& current, State& candidate,
                  RandomStream& random) const override {
-    return propose(random.index(known_.dice()), 2, current, candidate, random);
-  }
-  /// Steps are as small as 10^-decades of the prior's deviation.
-  double propose(std::size_t die, double decades, const Simulated& current, State& candidate,
-                 RandomStream& random) const {
+    constexpr double kDecades = 2;  // chosen
     const Tumble& run = tumble(current);
-    const std::vector<FirstTouch>& touches = run.paths[die]->touches;
+    const std::vector<FirstTouch>& touches = run.paths[random.index(known_.dice())]->touches;
     if (touches.empty()) return 0;
     const GridPlace place = touches[random.index(touches.size())].place;
     const auto index = index_in_patch(place);
     if (!index) return 0;
     const TableSettings& settings = known_.model->settings().table;
-    const double size = std::pow(10, -decades * random.uniform());
-    const double kept = std::sqrt(1 - size * size);
-    const auto moved = [&](double value, double mean, double deviation) {
-      return mean + kept * (value - mean) + size * deviation * random.gaussian();
-    };
+    const double size = std::pow(10, -kDecades * random.uniform());
     ControlPoint point = control_point(settings, run.scene.table, place);
-    point.height = moved(point.height, 0, settings.height_deviation);
-    point.restitution = moved(point.restitution, settings.restitution_mean, settings.restitution_deviation);
-    point.friction = moved(point.friction, settings.friction_mean, settings.friction_deviation);
+    point.height = walked(point.height, 0, settings.height_deviation, size, random);
+    point.restitution =
+        walked(point.restitution, settings.restitution_mean, settings.restitution_deviation, size, random);
+    point.friction =
+        walked(point.friction, settings.friction_mean, settings.friction_deviation, size, random);
     set_point(*known_.model, *index, point, candidate);
     return -std::log(probability(run, place));
   }
@@ -379,11 +379,6 @@ std::unique_ptr<Watch> watch_throw(const Known& known, std::size_t die, bool may
 
 std::unique_ptr<Watch> watch_meetings(std::size_t die, RandomStream& random) {
   return std::make_unique<DieWatch>(die, false, surely, random);
-}
-
-double walk_point(const Known& known, std::size_t die, double decades, const Simulated& current,
-                  State& candidate, RandomStream& random) {
-  return WalkPoint(known).propose(die, decades, current, candidate, random);
 }
 
 ScoredKernelTable make_die_kernels(const Known& known) {

@@ -30,8 +30,9 @@ struct Known {
 /// Requires: it has a run.
 const Tumble& tumble(const Simulated& simulated);
 
-/// Draws the launch of a die from its prior.
-void redraw_launch(const DiceModel& model, std::size_t die, State& state, RandomStream& random);
+/// Moves the launch of a die by a step of so much of its prior's deviations, which leaves the prior as it is
+/// (Neal 1998; "pCN"); a step of 1 draws it anew.
+void walk_launch(const DiceModel& model, std::size_t die, double size, State& state, RandomStream& random);
 /// The first die whose launch is another one.
 std::optional<std::size_t> die_thrown_anew(const DiceModel& model, const State& a, const State& b);
 /// Whether a die meets another one in this step or later.
@@ -46,11 +47,6 @@ std::unique_ptr<Watch> watch_throw(const Known& known, std::size_t die, bool may
                                    RandomStream& random);
 /// Who gives up what makes this die meet another one, and nothing else.
 std::unique_ptr<Watch> watch_meetings(std::size_t die, RandomStream& random);
-
-/// Moves one of the control points that a die touches, by a step between 10^-decades and 1 of its prior's
-/// deviation. Returns a bound of log_hastings.
-double walk_point(const Known& known, std::size_t die, double decades, const Simulated& current,
-                  State& candidate, RandomStream& random);
 
 /// Requires: `known` outlives it.
 ScoredKernelTable make_die_kernels(const Known& known);

@@ -43,20 +43,17 @@ class DiceGuide final : public Guide {
               RandomStream& random) const override {
     if (!kept.run || !tumble(kept).complete) return begin(model, candidate, random);
     const std::size_t die = first_off(kept).value_or(random.index(known_.dice()));
-    // Chosen: how far a die may be [m] if a few touches are to bring it there, or a little of one touch.
-    constexpr double kNear = 0.01, kVeryNear = 0.003;
+    // Chosen: how far a die may be [m] if a little of its launch or a few touches are to bring it there.
+    constexpr double kNear = 0.01;
     constexpr std::uint64_t kPatience = 150, kThrows = 1000;
     const double missed = off(kept, die);
     const std::uint64_t patience = missed > kNear ? kThrows : kPatience;
-    if (vain_tries > 0 && vain_tries % patience == 0) return give_up(die, missed > kNear, candidate, random);
-    const double throwing = missed > kNear ? 0.95 : 0.05, walking = missed > kVeryNear ? 0.15 : 0.5;
-    const double u = random.uniform();
-    if (u < throwing)
-      redraw_launch(*known_.model, die, candidate, random);
-    else if (u < throwing + (1 - throwing) * walking)
-      walk_point(known_, die, 4, kept, candidate, random);
-    else
-      redraw_end(kept, die, candidate, random);
+    if (vain_tries > 0 && vain_tries % patience == 0)
+      return give_up(die, missed > kNear || random.bernoulli(0.2), candidate, random);
+    if (random.bernoulli(0.25)) return redraw_end(kept, die, candidate, random);
+    // A throw's end answers to the smallest of steps, but remains somewhere near.
+    const double size = missed > kNear ? 1 : std::pow(10, -4 * random.uniform());
+    walk_launch(*known_.model, die, size, candidate, random);
   }
 
   /// Of the dice in their order the first that is not as far from its wish as before decides; small steps
