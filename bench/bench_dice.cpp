@@ -84,6 +84,26 @@ void bench_full(const Extent& extent) {
   print_figure("dice: asleep within 4 s, Bullet", 100 * sleeps / naive_count, "%");
 }
 
+/// Several dice on one table.
+void bench_several(const Extent& extent, std::size_t count) {
+  const dice::EngineSettings engine;
+  const DieShape shape = die_shape();
+  const DiceModel model({.dice = count}, engine, shape);
+  dice::Tumbler tumbler(engine, shape, model.settings().table);
+  dice::Tumble run;
+  double seconds = 0, met = 0;
+  for (int i = 0; i < extent.simulations; ++i) {
+    const State state = draw(model, static_cast<std::uint64_t>(i));
+    const double begin = cpu_seconds();
+    tumbler.simulate(model.read(state).scene, nullptr, &run);
+    seconds += cpu_seconds() - begin;
+    met += run.meetings.empty() ? 0 : 1;
+  }
+  const std::string name = "dice: " + std::to_string(count) + " on one table, ";
+  print_figure(name + "full simulations", extent.simulations / seconds, "simulations/s");
+  print_figure(name + "some met", 100 * met / extent.simulations, "%");
+}
+
 /// A walk by the paper's proposals on the prior: every candidate is moved to.
 void bench_proposals(const Extent& extent) {
   const dice::EngineSettings engine;
@@ -121,6 +141,8 @@ void bench_proposals(const Extent& extent) {
 int main(int count, char** arguments) {
   const Extent& extent = count > 1 && std::string(arguments[1]) == "--quick" ? kQuick : kFull;
   bench_full(extent);
+  for (const std::size_t dice : {3u, 6u})
+    bench_several(extent, dice);
   bench_proposals(extent);
   return 0;
 }

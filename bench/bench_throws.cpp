@@ -164,6 +164,33 @@ void bench_first(const Extent& extent, int dice, const char* pose, double tolera
   print_figure(name + ", worst", times.back(), "s");
 }
 
+/// How often a walk throws a die anew: counted by its start's height, which nothing else changes.
+void bench_walk(const Extent& extent, int dice, double tolerance) {
+  const auto scenario = wish(dice, "random", tolerance);
+  const auto& variables = scenario->model().variables();
+  std::vector<Eigen::Index> heights;
+  for (std::size_t i = 0; i < variables.size(); ++i)
+    if (variables[i].name.starts_with("die_") && variables[i].name.ends_with("_height"))
+      heights.push_back(static_cast<Eigen::Index>(i));
+  const auto performer = scenario->make_performer();
+  Chain chain(scenario->target(Ratios::exact), {.seed = 1, .method = Method::conditional});
+  double begin = cpu_seconds();
+  while (chain.counts().samples == 0 && cpu_seconds() - begin < extent.longest)
+    chain.step(*performer);
+  State before = chain.stay().state;
+  double thrown = 0;
+  begin = cpu_seconds();
+  while (cpu_seconds() - begin < extent.seconds) {
+    if (!chain.step(*performer)) continue;
+    const State& now = chain.stay().state;
+    thrown += static_cast<double>(std::count_if(
+        heights.begin(), heights.end(), [&](Eigen::Index height) { return now[height] != before[height]; }));
+    before = now;
+  }
+  print_figure("dice: " + std::to_string(dice) + " within " + millimetres(tolerance) + ", thrown anew",
+               thrown * 60 / (cpu_seconds() - begin), "dice/CPU-min");
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
@@ -176,5 +203,8 @@ int main(int count, char** arguments) {
     for (const int dice : {2, 3, 6})
       bench_first(extent, dice, "random", tolerance);
   }
+  for (const double tolerance : {0.004, 0.001})
+    for (const int dice : {2, 3, 6})
+      bench_walk(extent, dice, tolerance);
   return 0;
 }

@@ -1,7 +1,7 @@
 // Dice: what a die and its table are drawn of, colours on demand, the mark of a place, and several scenarios together.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { api, arrived, json, newPage, picture, query, shows, startBrowser, startProgram } from "./fixture.mjs";
+import { api, arrived, drawnTiles, json, newPage, picture, query, shows, startBrowser, startProgram } from "./fixture.mjs";
 
 let program, browser, examples, series;
 before(async () => {
@@ -63,6 +63,17 @@ test("a document has the die, the table with what it is like, the pips, and the 
   assert.equal(target.color, die.color);
   const { rest_x: x, rest_z: z } = sample.measures;
   assert.ok(Math.hypot(x - wish.x, z - wish.z) <= wish.tolerance);
+});
+
+test("a tile says how far the die is off, and nothing that the wish says", async () => {
+  const { scenario, sample } = await throwOfASix();
+  const { page, faults, close } = await newPage(browser);
+  await page.goto(`${program.address}?scenario=${scenario}&play=off`);
+  await drawnTiles(page, 1);
+  assert.match(await page.locator(".tile-gist").first().textContent(), /^miss 0\.\d+ mm · rest x 0\.1\d+$/);
+  assert.ok(sample.measures.miss < 0.001);
+  assert.deepEqual(faults, []);
+  await close();
 });
 
 test("the die is smooth, its table is lit ground, and the mark lies on its bumps", async () => {

@@ -263,6 +263,9 @@ TEST(SlowDiceMoves, AreExactForTwoDiceWithinFiveCentimetres) {
 TEST(SlowDiceMoves, AreExactForTwoDiceThatMeetOften) {
   expect_exact(*row(2, 0.1, false, {{"interval", 0.1}, {"pose", "fixed"}}), 2, 4000, 24, 30'000);
 }
+TEST(SlowDiceMoves, AreExactForThreeDiceWithinSixCentimetres) {
+  expect_exact(*row(3, 0.06, false, {{"interval", 0.15}}), 3, 2000, 24, 40'000);
+}
 TEST(SlowDiceMoves, AreExactForOneDieOnATableThatIsGlued) {
   expect_exact(*row(1, 0.02, false, {{"pose", "fixed"}}), 1, 4000, 24, 60'000);
 }

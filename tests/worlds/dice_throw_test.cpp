@@ -13,6 +13,7 @@
 #include "tests/worlds/dice_fixture.h"
 #include "worlds/dice/proposals.h"
 #include "worlds/dice/throw.h"
+#include "worlds/dice/view.h"
 
 namespace retake::tests {
 namespace {
@@ -254,6 +255,43 @@ TEST(DiceThrow, DiceLieOnTheTableThatIsShown) {
     }
   }
   EXPECT_GT(faces.size(), 4u);
+}
+
+TEST(DiceThrow, LaterDiceAreCarriedInAsFastAsTheyAreThrown) {
+  constexpr int kFramesApart = 15;  // 0.25 s
+  const auto scenario = Scenario::read(document({{"dice", 3}}, json::array()));
+  const auto performer = scenario->make_performer();
+  const DiceTable table({.dice = 3});
+  RandomStream random = stream(359);
+  for (int i = 0; i < 8; ++i) {
+    const State state = draw_state(scenario->model(), random);
+    const auto take = performer->perform(state);
+    ASSERT_TRUE(take.complete);
+    for (std::size_t die = 0; die < 3; ++die) {
+      const auto vector = [&](std::size_t first) -> Vector3d {
+        return state.segment<3>(static_cast<Eigen::Index>(first));
+      };
+      const Track& track = take.animation.tracks[die];
+      const Eigen::Index launch = kFramesApart * static_cast<Eigen::Index>(die);
+      EXPECT_LT((track.positions.col(launch) - vector(table.model.start_x(die))).norm(), 1e-9);
+      EXPECT_LT((track.positions.col(0) - track.start.position).norm(), 1e-12);
+      Vector3d velocity = vector(table.model.velocity_x(die));
+      velocity.y() = 0;
+      for (Eigen::Index frame = 0; frame < launch; ++frame) {
+        const Vector3d moved = track.positions.col(frame + 1) - track.positions.col(frame);
+        EXPECT_LT((60 * moved - velocity).norm(), 1e-7);
+        const Eigen::Quaterniond now(Eigen::Vector4d(track.rotations.col(frame))),
+            next(Eigen::Vector4d(track.rotations.col(frame + 1)));
+        EXPECT_NEAR(60 * now.angularDistance(next), vector(table.model.spin_x(die)).norm(), 1e-6);
+      }
+    }
+    // Who watches looks at the throws, not at where dice come from.
+    const Viewpoint viewpoint = dice::throw_viewpoint(take.animation);
+    const double left = viewpoint.center.x() - viewpoint.half_extents.x();
+    EXPECT_GT(left, -0.06);
+    EXPECT_LT(left, state[static_cast<Eigen::Index>(table.model.start_x(0))]);
+    EXPECT_LT(take.animation.tracks[2].positions(0, 0), -0.1);
+  }
 }
 
 TEST(DiceThrow, TheTableThatIsShownIsTheOneThatIsRolledOn) {

@@ -38,9 +38,14 @@ const degrees = (value) => `${((180 * value) / Math.PI).toFixed(1)}°`;
 const unit = (name, scale = 1) => (value) => `${number(value * scale, 3)} ${name}`;
 
 /** How a measure reads whose name ends like this; any other is a bare number. @type {Object<string, (value: number) => string>} */
-const UNITS = { speed: unit("m/s"), angle: degrees, offset: unit("cm", 100), contact: unit("s"), time: unit("s") };
+const UNITS = { speed: unit("m/s"), angle: degrees, offset: unit("cm", 100), contact: unit("s"), time: unit("s"), miss: unit("mm", 1000) };
+/** What a second wish of a kind says: "miss_2". */
+const AGAIN = /_\d+$/;
 
-const unitOf = (name) => (Object.hasOwn(UNITS, name.split("_").at(-1)) ? UNITS[name.split("_").at(-1)] : null);
+function unitOf(name) {
+  const last = name.replace(AGAIN, "").split("_").at(-1);
+  return Object.hasOwn(UNITS, last) ? UNITS[last] : null;
+}
 
 /** The value of a measure with the unit that its name tells of. @param {string} name @param {any} value */
 export const measure = (name, value, digits = 4) => (typeof value === "number" && unitOf(name)?.(value)) || number(value, digits);
@@ -126,13 +131,13 @@ export function wish(scenario) {
 }
 
 /** What a wish or a duration says already. */
-const SAID = new Set(["active_balls", "filled_bins", "stray_balls", "settling_time"]);
+const SAID = new Set(["active_balls", "filled_bins", "stray_balls", "settling_time", "face"]);
 
 /** What a tile says of its sample: the first measures that are numbers, those with a unit before all others. A word
  * that a name begins with like the one before it is not said again.
  * @param {{measures: object}} sample */
 export function gist(sample, most = 2) {
-  const numbers = Object.entries(sample.measures ?? {}).filter(([name, value]) => typeof value === "number" && !SAID.has(name));
+  const numbers = Object.entries(sample.measures ?? {}).filter(([name, value]) => typeof value === "number" && !SAID.has(name) && !AGAIN.test(name));
   const rank = ([name]) => (unitOf(name) ? Object.values(UNITS).indexOf(unitOf(name)) : Infinity);
   return numbers
     .sort((a, b) => (rank(a) === rank(b) ? 0 : rank(a) - rank(b)))

@@ -284,6 +284,8 @@ Viewpoint throw_viewpoint(const Animation& animation) {
     low = low.cwiseMin(track.positions.rowwise().minCoeff());
     high = high.cwiseMax(track.positions.rowwise().maxCoeff());
   }
+  // Later dice are carried in from behind the start.
+  low.x() = std::max(low.x(), animation.tracks.front().positions.row(0).minCoeff());
   const Vector3d around(0.022, 0.015, 0.022);
   return {.center = (low + high) / 2,
           .half_extents = (high - low) / 2 + around,

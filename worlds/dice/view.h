@@ -30,7 +30,7 @@ inline std::size_t table_body(std::size_t dice) {
   return dice;
 }
 
-/// The box in which the dice move.
+/// The box in which the dice move from their launches on.
 Viewpoint throw_viewpoint(const Animation& animation);
 
 }  // namespace retake::dice
