@@ -8,6 +8,7 @@
 
 #include "bench/figure.h"
 #include "sampler/chain.h"
+#include "tests/sampler/without_roulette.h"
 #include "worlds/scenario.h"
 
 namespace {
@@ -48,24 +49,10 @@ std::string millimetres(double length) {
   return text;
 }
 
-/// The same without a look before the end.
-class WithoutRoulette final : public PlacedRedraw {
- public:
-  explicit WithoutRoulette(std::shared_ptr<const PlacedRedraw> placed) : placed_(std::move(placed)) {}
-  double place(const State& drawn, const Score& score, State& candidate,
-               RandomStream& random) const override {
-    return placed_->place(drawn, score, candidate, random);
-  }
-  double most_log_weight() const override { return placed_->most_log_weight(); }
-
- private:
-  std::shared_ptr<const PlacedRedraw> placed_;
-};
-
 /// Kish's effective number of weighted independent draws a CPU-minute.
 double effective_draws(const Scenario& scenario, bool roulette, double seconds, std::uint64_t seed) {
   auto target = std::make_shared<Target>(*scenario.target(Ratios::exact));
-  if (!roulette) target->placed = std::make_shared<const WithoutRoulette>(target->placed);
+  if (!roulette) target->placed = std::make_shared<const tests::WithoutRoulette>(target->placed);
   const auto performer = scenario.make_performer();
   Chain chain(target, {.seed = seed, .method = Method::conditional});
   const double begin = cpu_seconds();

@@ -10,6 +10,7 @@
 
 #include "sampler/chain.h"
 #include "tests/sampler/statistics.h"
+#include "tests/sampler/without_roulette.h"
 #include "tests/worlds/fixture.h"
 #include "worlds/dice/symmetry.h"
 
@@ -183,20 +184,6 @@ TEST(DiceSymmetry, IsExact) {
 TEST(SlowDiceSymmetry, IsExact) {
   expect_exact(0.01, 400'000, 200'000);
 }
-
-/// The same without a look before the end.
-class WithoutRoulette final : public PlacedRedraw {
- public:
-  explicit WithoutRoulette(std::shared_ptr<const PlacedRedraw> placed) : placed_(std::move(placed)) {}
-  double place(const State& drawn, const Score& score, State& candidate,
-               RandomStream& random) const override {
-    return placed_->place(drawn, score, candidate, random);
-  }
-  double most_log_weight() const override { return placed_->most_log_weight(); }
-
- private:
-  std::shared_ptr<const PlacedRedraw> placed_;
-};
 
 /// What a chain says of how likely the wish is, and how long it simulated.
 struct Said {
