@@ -119,7 +119,7 @@ class Daemon {
   }
   json chain(const std::string& id) const { return get("/v1/chains/" + id).json(); }
   /// The chain once it has ended; as it is then if that takes too long.
-  json wait_for_end(const std::string& id, double seconds = 120) const {
+  json wait_for_end(const std::string& id, double seconds = 240) const {
     json now;
     wait_until(
         [&] {

@@ -109,7 +109,7 @@ TEST_P(Determinism, The_number_of_threads_and_of_other_chains_changes_nothing) {
   const Daemon daemon(folder.path());
   const std::string scenario = daemon.add_scenario(walk.scenario);
   json request = walk.chain;
-  request["count"] = 3;
+  request["count"] = 2;
   const auto chains = daemon.add_chains(scenario, request);
   daemon.add_chains(daemon.add_scenario(wish_document(0, 0.0001)), {{"count", 2}});
   for (const std::string& chain : chains)

@@ -184,18 +184,22 @@ class DiceGuide final : public Guide {
   /// Takes a die that nothing helps away, and another one if they may be in its way.
   void give_up(std::size_t die, bool takes_another, State& candidate, RandomStream& random) const {
     put_behind(die, candidate);
-    if (takes_another) put_behind(random.index(known_.dice()), candidate);
+    if (!takes_another) return;
+    std::vector<std::size_t> others;
+    for (std::size_t other = 0; other < known_.dice(); ++other)
+      if (other != die && !is_behind(other, candidate)) others.push_back(other);
+    if (!others.empty()) put_behind(others[random.index(others.size())], candidate);
   }
   void put_behind(std::size_t die, State& state) const {
     const DiceModel& model = *known_.model;
     at(state, model.velocity_x(die)) = -model.settings().speed;
   }
+  bool is_behind(std::size_t die, const State& state) const {
+    return at(state, known_.model->velocity_x(die)) == -known_.model->settings().speed;
+  }
   bool is_given_up(const State& before, const State& after) const {
-    for (std::size_t die = 0; die < known_.dice(); ++die) {
-      const std::size_t speed = known_.model->velocity_x(die);
-      if (at(before, speed) != at(after, speed) && at(after, speed) == -known_.model->settings().speed)
-        return true;
-    }
+    for (std::size_t die = 0; die < known_.dice(); ++die)
+      if (!is_behind(die, before) && is_behind(die, after)) return true;
     return false;
   }
 
