@@ -11,7 +11,7 @@
 #include "bench/figure.h"
 #include "bench/naive_bowling.h"
 #include "sampler/check.h"
-#include "worlds/animation_codec.h"
+#include "worlds/formats/recorded.h"
 #include "worlds/scenario.h"
 
 namespace {

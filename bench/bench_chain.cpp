@@ -10,10 +10,10 @@
 
 #include "bench/figure.h"
 #include "db/store.h"
-#include "server/api.h"
-#include "server/identifiers.h"
-#include "server/runner.h"
-#include "worlds/animation_codec.h"
+#include "server/api/api.h"
+#include "server/chains/identifiers.h"
+#include "server/chains/runner.h"
+#include "worlds/formats/recorded.h"
 
 namespace {
 

@@ -6,14 +6,14 @@
 #include <filesystem>
 #include <utility>
 
-#include "db/chain_rows.h"
-#include "db/file_lock.h"
-#include "db/play_rows.h"
-#include "db/readers.h"
-#include "db/sample_rows.h"
-#include "db/scenario_rows.h"
-#include "db/store_file.h"
-#include "db/writer.h"
+#include "db/sqlite/chain_rows.h"
+#include "db/sqlite/file_lock.h"
+#include "db/sqlite/play_rows.h"
+#include "db/sqlite/readers.h"
+#include "db/sqlite/sample_rows.h"
+#include "db/sqlite/scenario_rows.h"
+#include "db/sqlite/store_file.h"
+#include "db/sqlite/writer.h"
 
 namespace retake {
 

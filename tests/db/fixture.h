@@ -13,7 +13,7 @@
 #include <unistd.h>
 #include <vector>
 
-#include "db/sqlite.h"
+#include "db/sqlite/connection.h"
 #include "db/store.h"
 
 namespace retake::test {

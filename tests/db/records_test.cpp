@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "db/sample_rows.h"
+#include "db/sqlite/sample_rows.h"
 
 namespace retake::test {
 namespace {

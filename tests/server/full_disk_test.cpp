@@ -1,5 +1,5 @@
 // A disk that is full: the daemon lives, says so, reads on, and its chains go on once there is room.
-#include "tests/server/api_shapes.h"
+#include "tests/server/api/shapes.h"
 #include "tests/server/daemon.h"
 
 namespace retake {

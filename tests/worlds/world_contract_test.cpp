@@ -8,7 +8,7 @@
 
 #include "tests/sampler/statistics.h"
 #include "tests/worlds/fixture.h"
-#include "worlds/animation_codec.h"
+#include "worlds/formats/recorded.h"
 
 namespace retake::tests {
 namespace {

@@ -1,0 +1,220 @@
+// The rows of chains.
+// Realises DESIGN section 5.
+#include "db/sqlite/chain_rows.h"
+
+#include "db/sqlite/sample_rows.h"
+#include "db/sqlite/scenario_rows.h"
+
+namespace retake::database {
+namespace {
+
+#define CHAIN_COLUMNS                                                                                       \
+  "SELECT chain.row, chain.id, scenario.id, position, seed, method, ratios, settings, state, stop_samples," \
+  " stop_iterations, stop_seconds, iteration, accepted, samples, simulations, failed_simulations,"          \
+  " simulated_seconds, run_seconds, iterations_per_second, first_sample_iteration, first_sample_seconds,"   \
+  " ended_by, error, chain.created_at, stop_ess, is_learning, skipped_seconds, "                            \
+  "effective_samples, " ODDS_COLUMNS " "
+
+ChainRecord read_chain(Connection& connection, Query& query) {
+  ChainRecord record;
+  const auto row = query.integer();
+  record.id = query.text();
+  record.scenario = query.text();
+  record.index = static_cast<std::uint32_t>(query.count());
+  record.seed = query.count();
+  record.method = query.text();
+  record.ratios = query.text();
+  record.settings = query.text();
+  record.state = chain_state(query.text());
+  record.stop.samples = query.optional<std::uint64_t>();
+  record.stop.iterations = query.optional<std::uint64_t>();
+  record.stop.seconds = query.optional<double>();
+  record.counters.iteration = query.count();
+  record.counters.accepted = query.count();
+  record.counters.samples = query.count();
+  record.counters.simulations = query.count();
+  record.counters.failed_simulations = query.count();
+  record.counters.simulated_seconds = query.real();
+  record.counters.run_seconds = query.real();
+  record.counters.iterations_per_second = query.real();
+  record.counters.first_sample_iteration = query.optional<std::uint64_t>();
+  record.counters.first_sample_seconds = query.optional<double>();
+  record.ended_by = query.text();
+  record.error = query.text();
+  record.created_at = query.integer();
+  record.stop.ess = query.optional<std::uint64_t>();
+  record.counters.is_learning = query.integer() != 0;
+  record.counters.skipped_seconds = query.real();
+  record.counters.effective_samples = query.optional<double>();
+  record.counters.odds = read_odds(query);
+
+  Query kernels(connection,
+                "SELECT name, proposed, accepted FROM chain_kernel WHERE chain = ? ORDER BY position", row);
+  while (kernels.next())
+    record.counters.kernels.push_back({kernels.text(), kernels.count(), kernels.count()});
+  Query rungs(connection, "SELECT beta, proposed, accepted FROM chain_rung WHERE chain = ? ORDER BY position",
+              row);
+  while (rungs.next())
+    record.counters.rungs.push_back({rungs.real(), rungs.count(), rungs.count()});
+  return record;
+}
+
+std::vector<ChainRecord> read_chains(Connection& connection, Query& query) {
+  std::vector<ChainRecord> records;
+  while (query.next())
+    records.push_back(read_chain(connection, query));
+  return records;
+}
+
+void write_kernels(Connection& connection, std::int64_t chain, const std::vector<KernelCount>& kernels) {
+  std::int64_t position = 0;
+  for (const auto& kernel : kernels) {
+    run(connection,
+        "REPLACE INTO chain_kernel (chain, position, name, proposed, accepted) VALUES (?, ?, ?, ?, ?)", chain,
+        position, kernel.name, kernel.proposed, kernel.accepted);
+    ++position;
+  }
+  run(connection, "DELETE FROM chain_kernel WHERE chain = ? AND position >= ?", chain, position);
+}
+
+void write_rungs(Connection& connection, std::int64_t chain, const std::vector<RungCount>& rungs) {
+  std::int64_t position = 0;
+  for (const auto& rung : rungs) {
+    run(connection,
+        "REPLACE INTO chain_rung (chain, position, beta, proposed, accepted) VALUES (?, ?, ?, ?, ?)", chain,
+        position, rung.beta, rung.proposed, rung.accepted);
+    ++position;
+  }
+  run(connection, "DELETE FROM chain_rung WHERE chain = ? AND position >= ?", chain, position);
+}
+
+void write_counters(Connection& connection, std::int64_t chain, const ChainCounters& counters) {
+  run(connection,
+      "UPDATE chain SET iteration = ?, accepted = ?, samples = ?, simulations = ?, failed_simulations = ?,"
+      " simulated_seconds = ?, run_seconds = ?, iterations_per_second = ?, first_sample_iteration = ?,"
+      " first_sample_seconds = ?, is_learning = ?, skipped_seconds = ?, effective_samples = ?,"
+      " odds_basis = ?, odds_draws = ?, odds_hits = ?, odds_sum = ?, odds_squares = ?, odds_largest = ?"
+      " WHERE row = ?",
+      counters.iteration, counters.accepted, counters.samples, counters.simulations,
+      counters.failed_simulations, counters.simulated_seconds, counters.run_seconds,
+      counters.iterations_per_second, counters.first_sample_iteration, counters.first_sample_seconds,
+      counters.is_learning ? 1 : 0, counters.skipped_seconds, counters.effective_samples,
+      to_string(counters.odds.basis), counters.odds.draws, counters.odds.hits, counters.odds.sum,
+      counters.odds.squares, counters.odds.largest, chain);
+  write_kernels(connection, chain, counters.kernels);
+  write_rungs(connection, chain, counters.rungs);
+}
+
+}  // namespace
+
+std::optional<ChainRecord> load_chain(Connection& connection, std::string_view id) {
+  Query query(
+      connection,
+      CHAIN_COLUMNS "FROM chain CROSS JOIN scenario ON scenario.row = chain.scenario WHERE chain.id = ?", id);
+  if (!query.next()) return std::nullopt;
+  return read_chain(connection, query);
+}
+
+std::vector<ChainRecord> load_chains(Connection& connection, std::string_view scenario) {
+  Query query(connection,
+              CHAIN_COLUMNS
+              "FROM scenario CROSS JOIN chain INDEXED BY chain_by_scenario ON chain.scenario = scenario.row"
+              " WHERE scenario.id = ? ORDER BY chain.row",
+              scenario);
+  return read_chains(connection, query);
+}
+
+std::vector<ChainRecord> load_chains_in_states(Connection& connection,
+                                               const std::vector<ChainState>& states) {
+  const auto name = [&](std::size_t index) {
+    return index < states.size() ? std::optional(to_string(states[index])) : std::nullopt;
+  };
+  Query query(connection,
+              CHAIN_COLUMNS
+              "FROM chain INDEXED BY chain_by_state CROSS JOIN scenario ON scenario.row = chain.scenario"
+              " WHERE state IN (?, ?, ?, ?, ?) AND chain.id IS NOT NULL ORDER BY chain.row",
+              name(0), name(1), name(2), name(3), name(4));
+  return read_chains(connection, query);
+}
+
+std::string load_checkpoint(Connection& connection, std::string_view chain) {
+  Query query(
+      connection,
+      "SELECT bytes FROM chain CROSS JOIN checkpoint ON checkpoint.chain = chain.row WHERE chain.id = ?",
+      chain);
+  return query.next() ? query.text() : std::string();
+}
+
+std::vector<std::string> load_trace(Connection& connection, std::string_view chain) {
+  Query query(connection,
+              "SELECT bytes FROM chain CROSS JOIN trace_block INDEXED BY trace_block_by_chain"
+              " ON trace_block.chain = chain.row WHERE chain.id = ? ORDER BY trace_block.row",
+              chain);
+  std::vector<std::string> blocks;
+  while (query.next())
+    blocks.push_back(query.text());
+  return blocks;
+}
+
+bool insert_chain(Connection& connection, const ChainRecord& record) {
+  const auto scenario = scenario_row(connection, record.scenario);
+  if (!scenario) return false;
+  // The counters follow; what must not be null is 0 until then.
+  run(connection,
+      "INSERT INTO chain (id, scenario, position, seed, method, ratios, settings, state, stop_samples,"
+      " stop_iterations, stop_seconds, stop_ess, iteration, accepted, samples, simulations,"
+      " failed_simulations, simulated_seconds, run_seconds, iterations_per_second, ended_by, error,"
+      " created_at)"
+      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, 0, 0, 0, 0, 0, 0, 0, 0, ?, ?, ?)",
+      record.id, *scenario, record.index, record.seed, record.method, record.ratios, record.settings,
+      to_string(record.state), record.stop.samples, record.stop.iterations, record.stop.seconds,
+      record.stop.ess, record.ended_by, record.error, record.created_at != 0 ? record.created_at : now());
+  write_counters(connection, connection.last_inserted_row(), record.counters);
+  return true;
+}
+
+void update_chain_state(Connection& connection, std::string_view id, ChainState state,
+                        std::string_view ended_by, std::string_view error) {
+  run(connection, "UPDATE chain SET state = ?, ended_by = ?, error = ? WHERE id = ?", to_string(state),
+      ended_by, error, id);
+}
+
+std::uint64_t write_progress(Connection& connection, const ChainProgress& progress) {
+  std::int64_t chain = 0;
+  std::int64_t scenario = 0;
+  {
+    Query query(connection, "SELECT row, scenario FROM chain WHERE id = ?", progress.chain);
+    if (!query.next()) return 0;
+    chain = query.integer();
+    scenario = query.integer();
+  }
+
+  // Samples and weights.
+  std::uint64_t added = 0;
+  for (const auto& sample : progress.samples)
+    added += insert_sample(connection, scenario, chain, sample) ? 1u : 0u;
+  for (const auto& weight : progress.weights)
+    update_weight(connection, chain, weight);
+  run(connection, "UPDATE stock SET samples = samples + ?1, unplayed = unplayed + ?1 WHERE scenario = ?2",
+      added, scenario);
+
+  // Counters and state.
+  write_counters(connection, chain, progress.counters);
+  if (progress.state) {
+    update_chain_state(connection, progress.chain, *progress.state, progress.ended_by, progress.error);
+  }
+
+  // Checkpoint and trace.
+  run(connection, "REPLACE INTO checkpoint (chain, bytes) VALUES (?, ?)", chain, Blob{progress.checkpoint});
+  if (progress.replace_trace) run(connection, "DELETE FROM trace_block WHERE chain = ?", chain);
+  if (!progress.trace_block.empty()) {
+    run(connection, "INSERT INTO trace_block (chain, bytes) VALUES (?, ?)", chain,
+        Blob{progress.trace_block});
+  }
+
+  Query query(connection, "SELECT samples FROM stock WHERE scenario = ?", scenario);
+  query.next();
+  return query.count();
+}
+
+}  // namespace retake::database

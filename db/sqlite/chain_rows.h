@@ -1,0 +1,29 @@
+// The rows of chains, their checkpoints and traces, and what a chain's progress writes.
+// Realises DESIGN section 5: samples and checkpoint in one transaction. Must be called within one.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "db/records.h"
+#include "db/sqlite/connection.h"
+
+namespace retake::database {
+
+std::optional<ChainRecord> load_chain(Connection& connection, std::string_view id);
+std::vector<ChainRecord> load_chains(Connection& connection, std::string_view scenario);
+std::vector<ChainRecord> load_chains_in_states(Connection& connection, const std::vector<ChainState>& states);
+std::string load_checkpoint(Connection& connection, std::string_view chain);
+std::vector<std::string> load_trace(Connection& connection, std::string_view chain);
+
+/// False: the chain's scenario does not exist. Throws: DatabaseError if there is a chain of this id.
+bool insert_chain(Connection& connection, const ChainRecord& record);
+void update_chain_state(Connection& connection, std::string_view id, ChainState state,
+                        std::string_view ended_by, std::string_view error);
+/// Writes all of it and gives how many samples the scenario holds then; 0 if the chain is gone.
+std::uint64_t write_progress(Connection& connection, const ChainProgress& progress);
+
+}  // namespace retake::database

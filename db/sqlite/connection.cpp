@@ -1,0 +1,220 @@
+// Connection and Query on SQLite's C interface, which no other file sees.
+// Realises DESIGN section 5.
+#include "db/sqlite/connection.h"
+
+#include <cerrno>
+#include <cstring>
+#include <limits>
+
+#include <sqlite3.h>
+
+namespace retake::database {
+namespace {
+
+// How long a connection waits for a lock that another process holds; chosen to outlast a checkpoint. [ms]
+constexpr int kBusyTimeout = 5000;
+
+DatabaseError error_of(sqlite3* handle, int code) {
+  const int system_error = errno;
+  std::string reason = handle != nullptr ? sqlite3_errmsg(handle) : sqlite3_errstr(code);
+  const int primary = code & 0xff;
+  if (handle != nullptr && (primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN)) {
+    // SQLite forgets the system's error where a commit fails; nothing has overwritten it since.
+    const int known = sqlite3_system_errno(handle);
+    if (const int cause = known != 0 ? known : system_error; cause != 0) {
+      reason += std::string(": ") + std::strerror(cause);
+    }
+  }
+  const auto kind = primary == SQLITE_NOTADB       ? DatabaseError::Kind::not_a_database
+                    : primary == SQLITE_CONSTRAINT ? DatabaseError::Kind::constraint
+                                                   : DatabaseError::Kind::other;
+  return {kind, reason};
+}
+
+int open_flags(Connection::Access access) {
+  switch (access) {
+    case Connection::Access::read:
+      return SQLITE_OPEN_READONLY;
+    case Connection::Access::write:
+      return SQLITE_OPEN_READWRITE;
+    case Connection::Access::create:
+      return SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  }
+  return SQLITE_OPEN_READONLY;
+}
+
+}  // namespace
+
+void Connection::Close::operator()(sqlite3* handle) const {
+  sqlite3_close_v2(handle);
+}
+void Connection::Finalize::operator()(sqlite3_stmt* handle) const {
+  sqlite3_finalize(handle);
+}
+
+Connection::Connection(const std::string& path, Access access) {
+  sqlite3* handle = nullptr;
+  const int code = sqlite3_open_v2(path.c_str(), &handle, open_flags(access) | SQLITE_OPEN_NOMUTEX, nullptr);
+  handle_.reset(handle);
+  if (code != SQLITE_OK) raise(code);
+  sqlite3_extended_result_codes(handle, 1);
+  sqlite3_busy_timeout(handle, kBusyTimeout);
+  // The hook takes the place of automatic checkpoints: the writer decides when one is due.
+  sqlite3_wal_hook(
+      handle,
+      [](void* connection, sqlite3*, const char*, int pages) {
+        static_cast<Connection*>(connection)->log_pages_ = static_cast<std::size_t>(pages);
+        return SQLITE_OK;
+      },
+      this);
+  if (access == Access::read) execute("PRAGMA query_only = ON");
+}
+
+Connection::~Connection() = default;
+
+void Connection::raise(int code) const {
+  throw error_of(handle_.get(), code);
+}
+
+void Connection::execute(const std::string& script) {
+  const int code = sqlite3_exec(handle_.get(), script.c_str(), nullptr, nullptr, nullptr);
+  if (code != SQLITE_OK) raise(code);
+}
+
+bool Connection::in_transaction() const {
+  return sqlite3_get_autocommit(handle_.get()) == 0;
+}
+
+std::size_t Connection::changed_rows() const {
+  return static_cast<std::size_t>(sqlite3_changes64(handle_.get()));
+}
+
+std::int64_t Connection::last_inserted_row() const {
+  return sqlite3_last_insert_rowid(handle_.get());
+}
+
+void Connection::checkpoint() {
+  const int code =
+      sqlite3_wal_checkpoint_v2(handle_.get(), nullptr, SQLITE_CHECKPOINT_PASSIVE, nullptr, nullptr);
+  if (code != SQLITE_OK && code != SQLITE_BUSY) raise(code);
+}
+
+void Connection::copy_to(const std::string& path) {
+  Connection target(path, Access::create);
+  target.execute("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF");
+  sqlite3_backup* backup = sqlite3_backup_init(target.handle_.get(), "main", handle_.get(), "main");
+  if (backup == nullptr) target.raise(sqlite3_errcode(target.handle_.get()));
+  // All pages in one step, so that all are of one snapshot.
+  const int code = sqlite3_backup_step(backup, -1);
+  sqlite3_backup_finish(backup);
+  if (code != SQLITE_DONE) throw error_of(target.handle_.get(), code);
+}
+
+std::vector<std::string> Connection::prepared_statements() const {
+  std::vector<std::string> texts;
+  for (const auto& [text, statement] : statements_)
+    texts.emplace_back(text);
+  return texts;
+}
+
+Query::Query(Connection& connection, std::string_view sql) : connection_(connection) {
+  statement_ = connection.statements_.extract(sql);
+  if (!statement_.empty()) return;
+  sqlite3_stmt* handle = nullptr;
+  const int code = sqlite3_prepare_v3(connection.handle_.get(), sql.data(), static_cast<int>(sql.size()),
+                                      SQLITE_PREPARE_PERSISTENT, &handle, nullptr);
+  if (code != SQLITE_OK) connection.raise(code);
+  Connection::Statements fresh;
+  fresh.emplace(sql, Connection::Statement(handle));
+  statement_ = fresh.extract(fresh.begin());
+}
+
+Query::~Query() {
+  sqlite3_reset(statement_.mapped().get());
+  sqlite3_clear_bindings(statement_.mapped().get());
+  connection_.statements_.insert(std::move(statement_));
+}
+
+bool Query::next() {
+  column_ = 0;
+  errno = 0;
+  const int code = sqlite3_step(statement_.mapped().get());
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) return false;
+  connection_.raise(code);
+}
+
+std::int64_t Query::integer() {
+  return sqlite3_column_int64(statement_.mapped().get(), column_++);
+}
+
+double Query::real() {
+  return sqlite3_column_double(statement_.mapped().get(), column_++);
+}
+
+std::string Query::text() {
+  sqlite3_stmt* handle = statement_.mapped().get();
+  const void* bytes = sqlite3_column_blob(handle, column_);
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(handle, column_));
+  ++column_;
+  return bytes == nullptr ? std::string() : std::string(static_cast<const char*>(bytes), size);
+}
+
+bool Query::is_null() const {
+  return sqlite3_column_type(statement_.mapped().get(), column_) == SQLITE_NULL;
+}
+
+void Query::bind(std::string_view text) {
+  const int code =
+      sqlite3_bind_text64(statement_.mapped().get(), ++parameter_, text.data() == nullptr ? "" : text.data(),
+                          text.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+  if (code != SQLITE_OK) connection_.raise(code);
+}
+
+void Query::bind(const Blob& blob) {
+  const int code = sqlite3_bind_blob64(statement_.mapped().get(), ++parameter_,
+                                       blob.bytes.data() == nullptr ? "" : blob.bytes.data(),
+                                       blob.bytes.size(), SQLITE_TRANSIENT);
+  if (code != SQLITE_OK) connection_.raise(code);
+}
+
+void Query::bind(double value) {
+  const int code = sqlite3_bind_double(statement_.mapped().get(), ++parameter_, value);
+  if (code != SQLITE_OK) connection_.raise(code);
+}
+
+void Query::bind(std::nullopt_t) {
+  const int code = sqlite3_bind_null(statement_.mapped().get(), ++parameter_);
+  if (code != SQLITE_OK) connection_.raise(code);
+}
+
+void Query::bind_signed(std::int64_t value) {
+  const int code = sqlite3_bind_int64(statement_.mapped().get(), ++parameter_, value);
+  if (code != SQLITE_OK) connection_.raise(code);
+}
+
+void Query::bind_unsigned(std::uint64_t value) {
+  if (value > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
+    throw DatabaseError(DatabaseError::Kind::constraint, std::to_string(value) + " is above 2^63 - 1");
+  }
+  bind_signed(static_cast<std::int64_t>(value));
+}
+
+Transaction::Transaction(Connection& connection, Kind kind) : connection_(connection) {
+  run(connection_, kind == Kind::read ? "BEGIN" : "BEGIN IMMEDIATE");
+}
+
+Transaction::~Transaction() {
+  if (!connection_.in_transaction()) return;
+  try {
+    run(connection_, "ROLLBACK");
+  } catch (const DatabaseError&) {
+    // The connection is beyond use; its next transaction says so.
+  }
+}
+
+void Transaction::commit() {
+  run(connection_, "COMMIT");
+}
+
+}  // namespace retake::database

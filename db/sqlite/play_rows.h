@@ -1,0 +1,19 @@
+// The rows of plays: which sample comes next, and what handing it out writes.
+// Realises DESIGN section 5. Must be called within a transaction.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "db/sqlite/connection.h"
+#include "db/sqlite/player_frontiers.h"
+#include "db/store.h"
+
+namespace retake::database {
+
+/// See Store::play. Throws: IdempotencyConflict.
+std::optional<PlayRecord> write_play(Connection& connection, PlayerFrontiers& frontiers,
+                                     std::string_view scenario, std::string_view player,
+                                     std::string_view idempotency_key);
+
+}  // namespace retake::database

@@ -1,0 +1,49 @@
+// The pool of read-only connections.
+// Realises DESIGN section 5.
+#include "db/sqlite/readers.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace retake::database {
+
+Readers::Readers(const std::string& path, std::size_t count) {
+  for (std::size_t index = 0; index < std::max<std::size_t>(count, 1); ++index) {
+    auto connection = std::make_unique<Connection>(path, Connection::Access::read);
+    connection->execute(
+        "PRAGMA cache_size = -1000");  // [kB], chosen: several pages of a listing and the index roots
+    free_.push_back(std::move(connection));
+  }
+}
+
+std::unique_ptr<Connection> Readers::take() {
+  std::unique_lock lock(mutex_);
+  returned_.wait(lock, [&] { return !free_.empty(); });
+  auto connection = std::move(free_.back());
+  free_.pop_back();
+  return connection;
+}
+
+void Readers::give_back(std::unique_ptr<Connection> connection) {
+  {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(connection));
+  }
+  returned_.notify_one();
+}
+
+Readers::Loan::Loan(Readers& readers) : readers_(readers), connection_(readers.take()) {
+  try {
+    transaction_ = std::make_unique<Transaction>(*connection_, Transaction::Kind::read);
+  } catch (...) {
+    readers_.give_back(std::move(connection_));
+    throw;
+  }
+}
+
+Readers::Loan::~Loan() {
+  transaction_.reset();
+  readers_.give_back(std::move(connection_));
+}
+
+}  // namespace retake::database

@@ -1,0 +1,46 @@
+// Readers: the read-only connections, lent to one caller at a time.
+// Realises DESIGN section 5.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "db/sqlite/connection.h"
+
+namespace retake::database {
+
+/// Thread safety: borrow may be called from any thread; it waits while all connections are lent.
+class Readers {
+ public:
+  /// Opens the connections. Requires: the file is a store. Throws: DatabaseError.
+  Readers(const std::string& path, std::size_t count);
+
+  /// A borrowed connection within a read transaction, so that all that is read is of one moment.
+  class Loan {
+   public:
+    explicit Loan(Readers& readers);
+    ~Loan();
+    Loan(const Loan&) = delete;
+    Loan& operator=(const Loan&) = delete;
+    Connection& connection() { return *connection_; }
+
+   private:
+    Readers& readers_;
+    std::unique_ptr<Connection> connection_;
+    std::unique_ptr<Transaction> transaction_;
+  };
+
+ private:
+  std::unique_ptr<Connection> take();
+  void give_back(std::unique_ptr<Connection> connection);
+
+  std::mutex mutex_;
+  std::condition_variable returned_;
+  std::vector<std::unique_ptr<Connection>> free_;
+};
+
+}  // namespace retake::database

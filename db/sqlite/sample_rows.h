@@ -1,0 +1,41 @@
+// The rows of samples: insert, look up, list, and draws for the diagnostics.
+// Realises DESIGN section 5. Must be called within a transaction.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "db/sqlite/connection.h"
+#include "db/store.h"
+
+namespace retake::database {
+
+/// What a sample's id says.
+struct SamplePlace {
+  std::string_view chain;
+  std::uint64_t iteration = 0;
+  std::uint32_t replica = 0;
+};
+/// The inverse of sample_id; empty if it could not have written the text.
+std::optional<SamplePlace> parse_sample_id(std::string_view id);
+
+std::optional<SampleRecord> load_sample(Connection& connection, std::string_view id);
+SampleRecord load_sample_at(Connection& connection, std::int64_t row);
+Page<SampleRecord> load_samples(Connection& connection, std::string_view scenario, SampleOrder order,
+                                std::size_t limit, std::string_view cursor);
+std::optional<std::string> load_state(Connection& connection, std::string_view id);
+std::optional<std::string> load_animation(Connection& connection, std::string_view id);
+std::vector<DrawRecord> load_draws(Connection& connection, std::string_view chain, std::size_t most,
+                                   std::uint64_t from_iteration);
+
+/// False: it was there already and took the new weight. The caller counts it into the stock.
+bool insert_sample(Connection& connection, std::int64_t scenario, std::int64_t chain,
+                   const NewSample& sample);
+/// Throws: DatabaseError if there is no such sample.
+void update_weight(Connection& connection, std::int64_t chain, const WeightUpdate& update);
+
+}  // namespace retake::database

@@ -1,0 +1,227 @@
+// The tables, one script for each version of the schema. A released script is never edited: append one.
+// Realises DESIGN section 5.
+#include "db/sqlite/schema.h"
+
+#include <array>
+
+namespace retake::database {
+namespace {
+
+constexpr const char* kVersion1 = R"sql(
+CREATE TABLE scenario (
+  row INTEGER PRIMARY KEY AUTOINCREMENT,
+  id TEXT UNIQUE,                          -- null: deleted, what hangs on it is being purged
+  world TEXT NOT NULL,
+  world_version INTEGER NOT NULL,
+  title TEXT NOT NULL,
+  document TEXT NOT NULL,
+  created_at INTEGER NOT NULL
+) STRICT;
+
+-- What a scenario holds, kept in the transactions that change it. Gone as soon as the scenario is deleted.
+CREATE TABLE stock (
+  scenario INTEGER PRIMARY KEY REFERENCES scenario ON DELETE CASCADE,
+  samples INTEGER NOT NULL DEFAULT 0,
+  unplayed INTEGER NOT NULL DEFAULT 0 CHECK (unplayed BETWEEN 0 AND samples),
+  plays INTEGER NOT NULL DEFAULT 0
+) STRICT;
+
+CREATE TABLE chain (
+  row INTEGER PRIMARY KEY AUTOINCREMENT,
+  id TEXT UNIQUE,                          -- null: deleted with its scenario
+  scenario INTEGER NOT NULL REFERENCES scenario ON DELETE CASCADE,
+  position INTEGER NOT NULL,               -- ChainRecord::index
+  seed INTEGER NOT NULL,
+  method TEXT NOT NULL,
+  ratios TEXT NOT NULL,
+  settings TEXT NOT NULL,
+  state TEXT NOT NULL CHECK (state IN ('queued', 'running', 'paused', 'finished', 'failed')),
+  stop_samples INTEGER,
+  stop_iterations INTEGER,
+  stop_seconds REAL,
+  iteration INTEGER NOT NULL,
+  accepted INTEGER NOT NULL,
+  samples INTEGER NOT NULL,
+  simulations INTEGER NOT NULL,
+  failed_simulations INTEGER NOT NULL,
+  simulated_seconds REAL NOT NULL,
+  run_seconds REAL NOT NULL,
+  iterations_per_second REAL NOT NULL,
+  first_sample_iteration INTEGER,
+  first_sample_seconds REAL,
+  ended_by TEXT NOT NULL,
+  error TEXT NOT NULL,
+  created_at INTEGER NOT NULL
+) STRICT;
+CREATE INDEX chain_by_scenario ON chain (scenario);
+CREATE INDEX chain_by_scenario_state ON chain (scenario, state);
+CREATE INDEX chain_by_state ON chain (state);
+
+CREATE TABLE chain_kernel (
+  chain INTEGER NOT NULL REFERENCES chain ON DELETE CASCADE,
+  position INTEGER NOT NULL,
+  name TEXT NOT NULL,
+  proposed INTEGER NOT NULL,
+  accepted INTEGER NOT NULL,
+  PRIMARY KEY (chain, position)
+) STRICT, WITHOUT ROWID;
+
+CREATE TABLE checkpoint (
+  chain INTEGER PRIMARY KEY REFERENCES chain ON DELETE CASCADE,
+  bytes BLOB NOT NULL
+) STRICT;
+
+CREATE TABLE trace_block (
+  row INTEGER PRIMARY KEY AUTOINCREMENT,
+  chain INTEGER NOT NULL REFERENCES chain ON DELETE CASCADE,
+  bytes BLOB NOT NULL
+) STRICT;
+CREATE INDEX trace_block_by_chain ON trace_block (chain);
+
+CREATE TABLE sample (
+  row INTEGER PRIMARY KEY AUTOINCREMENT,
+  scenario INTEGER NOT NULL REFERENCES scenario ON DELETE CASCADE,
+  chain INTEGER NOT NULL REFERENCES chain ON DELETE CASCADE,
+  iteration INTEGER NOT NULL,
+  replica INTEGER NOT NULL,
+  weight INTEGER NOT NULL,
+  log_prior REAL NOT NULL,
+  log_constraint REAL NOT NULL,
+  log_target REAL NOT NULL GENERATED ALWAYS AS (log_prior + log_constraint) VIRTUAL,
+  duration REAL NOT NULL,
+  measures TEXT NOT NULL,
+  digest TEXT NOT NULL,
+  plays INTEGER NOT NULL DEFAULT 0,
+  created_at INTEGER NOT NULL,
+  UNIQUE (chain, iteration, replica)
+) STRICT;
+CREATE INDEX sample_by_scenario ON sample (scenario);
+CREATE INDEX sample_by_log_target ON sample (scenario, log_target);
+CREATE INDEX sample_by_plays ON sample (scenario, plays);
+CREATE INDEX sample_by_weight ON sample (chain, iteration, replica, weight);
+
+-- Apart from the samples, so that listings read no blobs.
+CREATE TABLE sample_blob (
+  sample INTEGER PRIMARY KEY REFERENCES sample ON DELETE CASCADE,
+  state BLOB NOT NULL,
+  animation BLOB NOT NULL
+) STRICT;
+
+CREATE TABLE player (
+  row INTEGER PRIMARY KEY AUTOINCREMENT,
+  scenario INTEGER NOT NULL REFERENCES scenario ON DELETE CASCADE,
+  name TEXT NOT NULL,
+  seen INTEGER NOT NULL DEFAULT 0,         -- how many samples the player has seen
+  UNIQUE (scenario, name)
+) STRICT;
+
+CREATE TABLE play (
+  row INTEGER PRIMARY KEY AUTOINCREMENT,
+  sample INTEGER NOT NULL REFERENCES sample ON DELETE CASCADE,
+  player TEXT NOT NULL,                    -- empty: played without a player
+  repeat INTEGER NOT NULL,
+  remaining INTEGER NOT NULL,
+  created_at INTEGER NOT NULL
+) STRICT;
+CREATE INDEX play_by_sample ON play (sample);
+
+CREATE TABLE seen (
+  player INTEGER NOT NULL REFERENCES player ON DELETE CASCADE,
+  sample INTEGER NOT NULL REFERENCES sample ON DELETE CASCADE,
+  last_play INTEGER NOT NULL,
+  PRIMARY KEY (player, sample)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX seen_by_age ON seen (player, last_play);
+CREATE INDEX seen_by_sample ON seen (sample);
+
+CREATE TABLE idempotency (
+  scenario INTEGER NOT NULL REFERENCES scenario ON DELETE CASCADE,
+  key TEXT NOT NULL,
+  play INTEGER NOT NULL REFERENCES play ON DELETE CASCADE,
+  PRIMARY KEY (scenario, key)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX idempotency_by_play ON idempotency (play);
+
+-- One row that the writer changes when plays must reach the disk.
+CREATE TABLE flush (
+  row INTEGER PRIMARY KEY CHECK (row = 1),
+  count INTEGER NOT NULL
+) STRICT;
+INSERT INTO flush (row, count) VALUES (1, 0);
+)sql";
+
+constexpr const char* kVersion2 = R"sql(
+ALTER TABLE scenario ADD COLUMN pilot_draws INTEGER;  -- null: there was no pilot yet
+ALTER TABLE scenario ADD COLUMN pilot_hits INTEGER;
+ALTER TABLE scenario ADD COLUMN pilot_seconds REAL;
+CREATE INDEX scenario_by_pilot ON scenario (pilot_draws);
+
+ALTER TABLE chain ADD COLUMN stop_ess INTEGER;
+ALTER TABLE chain ADD COLUMN is_learning INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN skipped_seconds REAL NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN effective_samples REAL;
+ALTER TABLE chain ADD COLUMN odds_basis TEXT NOT NULL DEFAULT '';  -- empty: nothing was tallied
+ALTER TABLE chain ADD COLUMN odds_draws INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN odds_hits INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN odds_sum REAL NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN odds_squares REAL NOT NULL DEFAULT 0;
+ALTER TABLE chain ADD COLUMN odds_largest REAL NOT NULL DEFAULT 0;
+
+-- The ladder of a chain, from the prior up.
+CREATE TABLE chain_rung (
+  chain INTEGER NOT NULL REFERENCES chain ON DELETE CASCADE,
+  position INTEGER NOT NULL,
+  beta REAL NOT NULL,
+  proposed INTEGER NOT NULL,               -- swaps with the next rung
+  accepted INTEGER NOT NULL,
+  PRIMARY KEY (chain, position)
+) STRICT, WITHOUT ROWID;
+)sql";
+
+std::int64_t single_integer(Connection& connection, std::string_view sql) {
+  Query query(connection, sql);
+  query.next();
+  return query.integer();
+}
+
+}  // namespace
+
+std::span<const std::string> migrations() {
+  static const std::array<std::string, 2> scripts{kVersion1, kVersion2};
+  return scripts;
+}
+
+FileState file_state(Connection& connection, std::span<const std::string> scripts) {
+  try {
+    const auto application = single_integer(connection, "PRAGMA application_id");
+    const auto version = single_integer(connection, "PRAGMA user_version");
+    if (application == 0 && version == 0) {
+      const bool has_tables = single_integer(connection, "SELECT count(*) FROM sqlite_schema") != 0;
+      return has_tables ? FileState::foreign : FileState::empty;
+    }
+    if (application != kApplicationId || version < 1) return FileState::foreign;
+    const auto current = static_cast<std::int64_t>(scripts.size());
+    return version > current ? FileState::newer : version < current ? FileState::older : FileState::current;
+  } catch (const DatabaseError& error) {
+    if (error.kind() == DatabaseError::Kind::not_a_database) return FileState::foreign;
+    throw;
+  }
+}
+
+void migrate(Connection& connection, std::span<const std::string> scripts) {
+  // A script may rebuild a table that others refer to; the references are checked at the end instead.
+  connection.execute("PRAGMA foreign_keys = OFF");
+  Transaction transaction(connection, Transaction::Kind::write);
+  const auto version = static_cast<std::size_t>(single_integer(connection, "PRAGMA user_version"));
+  for (const auto& script : scripts.subspan(version))
+    connection.execute(script);
+  if (Query broken(connection, "PRAGMA foreign_key_check"); broken.next()) {
+    throw DatabaseError(DatabaseError::Kind::constraint,
+                        "the migration breaks references of table " + broken.text());
+  }
+  connection.execute("PRAGMA application_id = " + std::to_string(kApplicationId));
+  connection.execute("PRAGMA user_version = " + std::to_string(scripts.size()));
+  transaction.commit();
+}
+
+}  // namespace retake::database

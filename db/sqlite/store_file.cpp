@@ -1,0 +1,152 @@
+// Opening, copying and checking the file of a store.
+// Realises DESIGN section 5.
+#include "db/sqlite/store_file.h"
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <unistd.h>
+
+#include "db/sqlite/schema.h"
+#include "db/store.h"
+
+namespace retake::database {
+namespace {
+
+namespace fs = std::filesystem;
+
+void require_ours(FileState state, const std::string& path) {
+  if (state == FileState::foreign) throw StoreError("store: " + path + " is not a Retake store");
+  if (state == FileState::newer) throw StoreError("store: " + path + " was written by a newer Retake");
+}
+
+// An open file that is closed again, for what the file system has to be told.
+class File {
+ public:
+  File(const std::string& path, int flags)
+      : path_(path), descriptor_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
+    if (descriptor_ < 0) fail("open");
+  }
+  ~File() { ::close(descriptor_); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  void flush() {
+    if (::fsync(descriptor_) != 0) fail("flush");
+  }
+
+ private:
+  [[noreturn]] void fail(const char* operation) const {
+    throw StoreError(std::string("store: cannot ") + operation + " " + path_ + ": " + std::strerror(errno));
+  }
+  std::string path_;
+  int descriptor_;
+};
+
+void add_lines(Connection& connection, std::string_view sql, std::string_view prefix,
+               std::vector<std::string>& faults) {
+  Query query(connection, sql);
+  while (query.next()) {
+    if (auto line = query.text(); line != "ok") faults.push_back(std::string(prefix) + line);
+  }
+}
+
+}  // namespace
+
+std::string absolute_path(const std::string& path) {
+  if (path.empty()) throw StoreError("store: the path is empty");
+  std::error_code error;
+  const auto absolute = fs::weakly_canonical(fs::absolute(path, error), error);
+  if (error) throw StoreError("store: cannot open " + path + ": " + error.message());
+  return absolute.string();
+}
+
+std::unique_ptr<Connection> open_to_write(const std::string& path) {
+  auto connection = std::make_unique<Connection>(path, Connection::Access::create);
+  const auto state = file_state(*connection);
+  require_ours(state, path);
+  connection->execute(
+      "PRAGMA journal_mode = WAL;"
+      "PRAGMA synchronous = FULL;"
+      "PRAGMA secure_delete = OFF;"  // the file is no secret, and overwriting halves the speed of deletes
+      "PRAGMA cache_size = -8000;"   // [kB], chosen: the inner pages of every index of 100,000 samples
+      "PRAGMA journal_size_limit = 33554432");  // [B], so that a log once swollen does not stay so
+  if (state != FileState::current) migrate(*connection);
+  connection->execute("PRAGMA foreign_keys = ON");
+  return connection;
+}
+
+void require_current(const std::string& path) {
+  if (!fs::exists(path)) throw StoreError("store: " + path + " does not exist");
+  Connection connection(path, Connection::Access::read);
+  const auto state = file_state(connection);
+  require_ours(state, path);
+  if (state == FileState::empty) throw StoreError("store: " + path + " is not a Retake store");
+  if (state == FileState::older) {
+    throw StoreError("store: " + path + " was written by an older Retake; open it for writing once");
+  }
+}
+
+void write_backup(Connection& connection, const std::string& path) {
+  // Write beside it, then give the whole copy its name, unless that has been taken meanwhile.
+  if (fs::exists(path)) throw StoreError("store: cannot back up to " + path + ": the file exists");
+  static std::atomic<unsigned> backups = 0;
+  const std::string unfinished =
+      path + ".unfinished-" + std::to_string(::getpid()) + "-" + std::to_string(++backups);
+  try {
+    File(unfinished, O_RDWR | O_CREAT | O_TRUNC).flush();
+    connection.copy_to(unfinished);
+    File(unfinished, O_RDONLY).flush();
+    if (::link(unfinished.c_str(), path.c_str()) != 0) {
+      if (errno == EEXIST) throw StoreError("store: cannot back up to " + path + ": the file exists");
+      fs::rename(unfinished, path);  // a file system without links
+    }
+    fs::remove(unfinished);
+    File(fs::path(path).parent_path().string(), O_RDONLY | O_DIRECTORY).flush();
+  } catch (const StoreError&) {
+    std::error_code ignored;
+    fs::remove(unfinished, ignored);
+    throw;
+  } catch (const std::exception& error) {
+    std::error_code ignored;
+    fs::remove(unfinished, ignored);
+    throw StoreError("store: cannot back up to " + path + ": " + error.what());
+  }
+}
+
+std::vector<std::string> find_faults(Connection& connection) {
+  std::vector<std::string> faults;
+  add_lines(connection, "PRAGMA integrity_check", "", faults);
+  add_lines(
+      connection,
+      "SELECT \"table\" || ' ' || rowid || ' refers to a missing ' || parent FROM pragma_foreign_key_check",
+      "", faults);
+  add_lines(
+      connection,
+      "SELECT scenario.id || ' holds ' || (SELECT count(*) FROM sample WHERE sample.scenario = "
+      "stock.scenario)"
+      " || ' samples, ' || (SELECT count(*) FROM sample WHERE sample.scenario = stock.scenario AND plays = 0)"
+      " || ' of them unplayed, but its stock says ' || samples || ' and ' || unplayed"
+      " FROM stock JOIN scenario ON scenario.row = stock.scenario"
+      " WHERE samples <> (SELECT count(*) FROM sample WHERE sample.scenario = stock.scenario)"
+      " OR unplayed <> (SELECT count(*) FROM sample WHERE sample.scenario = stock.scenario AND plays = 0)",
+      "scenario ", faults);
+  add_lines(connection,
+            "SELECT id || ' has no stock' FROM scenario WHERE id IS NOT NULL"
+            " AND NOT EXISTS (SELECT 1 FROM stock WHERE stock.scenario = scenario.row)",
+            "scenario ", faults);
+  add_lines(connection,
+            "SELECT sample.row || ' has no state and animation' FROM sample"
+            " WHERE NOT EXISTS (SELECT 1 FROM sample_blob WHERE sample_blob.sample = sample.row)",
+            "sample ", faults);
+  add_lines(connection,
+            "SELECT player.row || ' has seen ' || (SELECT count(*) FROM seen WHERE seen.player = player.row)"
+            " || ' samples, but ' || seen || ' are counted' FROM player JOIN stock ON stock.scenario = "
+            "player.scenario"
+            " WHERE seen <> (SELECT count(*) FROM seen WHERE seen.player = player.row)",
+            "player ", faults);
+  return faults;
+}
+
+}  // namespace retake::database

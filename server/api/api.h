@@ -1,0 +1,70 @@
+// Api: the routes of API.md, version 1. Each file adds the routes of one noun.
+// Data flows one way: request -> scenario -> chain -> sample -> store; the routes only read and ask.
+#pragma once
+
+#include "db/store.h"
+#include "server/chains/event_hub.h"
+#include "server/chains/pilot.h"
+#include "server/chains/runner.h"
+#include "server/chains/scenario_library.h"
+#include "server/http/server.h"
+
+namespace retake {
+
+/// What a client may ask for at most; shown at /v1/limits.
+struct ServiceLimits {
+  std::uint64_t most_listed = 500;
+  std::uint64_t listed_by_default = 50;
+  std::uint64_t most_chains_per_request = 64;
+  std::uint64_t most_live_chains = 1024;
+  std::uint64_t most_trace_points = 100'000;  ///< a trace never holds so many
+  std::uint64_t most_frame_rate = 240;
+  std::uint64_t most_samples_per_scenario = 1'000'000;
+  std::uint64_t low_water = 0;  ///< a play that leaves fewer unseen samples starts chains again; 0: never
+  std::uint64_t refill = 100;   ///< samples that such a chain finds before it finishes
+};
+
+/// Everything that the routes work on. Outlives the server.
+struct Api {
+  Store& store;
+  ScenarioLibrary& scenarios;
+  EventHub& events;
+  Runner& runner;
+  Pilot& pilot;
+  ServiceLimits limits;
+  const HttpServer& server;
+};
+
+void add_world_routes(HttpServer& server, Api& api);
+void add_scenario_routes(HttpServer& server, Api& api);
+void add_chain_routes(HttpServer& server, Api& api);
+void add_sample_routes(HttpServer& server, Api& api);
+void add_play_routes(HttpServer& server, Api& api);
+void add_diagnostics_routes(HttpServer& server, Api& api);
+void add_service_routes(HttpServer& server, Api& api);
+void add_event_routes(HttpServer& server, Api& api);
+void add_page_routes(HttpServer& server);
+void add_all_routes(HttpServer& server, Api& api);
+
+/// A 404 that names what is missing.
+HttpProblem not_found(std::string_view kind, std::string_view id);
+
+/// A listing from the store; a cursor that it did not hand out is a 400.
+template <typename List>
+auto listed(List list) {
+  try {
+    return list();
+  } catch (const BadCursor&) {
+    throw HttpProblem(400, "bad-query", "The query is wrong",
+                      "query parameter cursor was not handed out here",
+                      {{"", "query parameter cursor was not handed out for this listing"}});
+  }
+}
+
+/// Starts `count` chains of a scenario with the server's defaults and a stop rule; used by examples and
+/// refills.
+std::vector<ChainRecord> start_default_chains(Runner& runner, const Scenario& scenario,
+                                              std::string_view scenario_id, std::size_t count,
+                                              const StopRule& stop);
+
+}  // namespace retake

@@ -1,0 +1,91 @@
+// Routes of worlds and scenarios.
+#include "server/api/api.h"
+#include "server/api/request_fields.h"
+#include "server/api/views.h"
+#include "server/chains/identifiers.h"
+
+namespace retake {
+
+using nlohmann::json;
+
+HttpProblem not_found(std::string_view kind, std::string_view id) {
+  return HttpProblem(404, "not-found", "There is no such " + std::string(kind),
+                     "There is no " + std::string(kind) + " " + std::string(id) + ".");
+}
+
+void add_world_routes(HttpServer& server, Api&) {
+  // The worlds of a build do not change: the documents are made once.
+  server.route("GET", "/v1/worlds", [](const HttpRequest& request) {
+    QueryFields(request).finish();
+    json views = json::array();
+    for (const World* world : worlds())
+      views.push_back(world_json(*world));
+    HttpResponse response = json_response({{"worlds", std::move(views)}});
+    response.etag = digest_identifier(response.body, 20);
+    return response;
+  });
+  server.route("GET", "/v1/worlds/{name}", [](const HttpRequest& request) {
+    QueryFields(request).finish();
+    const std::string& name = request.path_values.at("name");
+    const World* world = find_world(name);
+    if (!world) throw not_found("world", name);
+    HttpResponse response = json_response(world_json(*world));
+    response.etag = digest_identifier(response.body, 20);
+    return response;
+  });
+}
+
+void add_scenario_routes(HttpServer& server, Api& api) {
+  server.route("POST", "/v1/scenarios", [&api](const HttpRequest& request) {
+    QueryFields(request).finish();
+    const auto scenario = Scenario::read(parse_document(request.body));
+    const Store::AddedScenario added = api.store.add_scenario(new_scenario_record(*scenario));
+    if (added.created) {
+      api.events.scenario_changed(added.scenario.id);
+      api.pilot.add(added.scenario.id);
+    }
+    HttpResponse response = json_response(scenario_json(added.scenario), added.created ? 201 : 200);
+    response.headers.emplace_back("Location", "/v1/scenarios/" + added.scenario.id);
+    return response;
+  });
+
+  server.route("GET", "/v1/scenarios", [&api](const HttpRequest& request) {
+    QueryFields query(request);
+    const std::uint64_t limit =
+        query.integer("limit", 1, api.limits.most_listed, api.limits.listed_by_default);
+    const std::string cursor = query.text("cursor", "");
+    query.finish();
+    const Page<ScenarioRecord> page = listed([&] { return api.store.scenarios(limit, cursor); });
+    json views = json::array();
+    for (const ScenarioRecord& record : page.records)
+      views.push_back(scenario_json(record));
+    json body = {{"scenarios", std::move(views)}};
+    if (!page.next_cursor.empty()) body["next_cursor"] = page.next_cursor;
+    return json_response(body);
+  });
+
+  server.route("GET", "/v1/scenarios/{id}", [&api](const HttpRequest& request) {
+    QueryFields(request).finish();
+    const std::string& id = request.path_values.at("id");
+    const auto record = api.store.scenario(id);
+    if (!record) throw not_found("scenario", id);
+    return json_response(scenario_json(*record));
+  });
+
+  server.route("DELETE", "/v1/scenarios/{id}", [&api](const HttpRequest& request) {
+    QueryFields(request).finish();
+    const std::string& id = request.path_values.at("id");
+    api.runner.drop_scenario(id);
+    std::vector<std::string> chains;
+    for (const ChainRecord& chain : api.store.chains(id))
+      chains.push_back(chain.id);
+    if (!api.store.delete_scenario(id)) throw not_found("scenario", id);
+    api.scenarios.forget(id);
+    api.events.scenario_deleted(id, chains);
+    HttpResponse response;
+    response.status = 204;
+    return response;
+  });
+}
+
+}  // namespace retake

@@ -1,0 +1,187 @@
+// See health.h.
+#include "server/chains/health.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "sampler/check.h"
+#include "sampler/spread.h"
+#include "server/chains/quantities.h"
+
+namespace retake {
+namespace {
+
+constexpr std::size_t kFewestDraws = 4;     // a chain; below, R-hat is not defined
+constexpr std::size_t kFewestChains = 4;    // chosen: fewer means say too little of their spread
+constexpr std::size_t kJudgedDraws = 4000;  // chosen: four for each effective sample that may be wished
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+double variance(const Eigen::VectorXd& values) {
+  return (values.array() - values.mean()).square().sum() / static_cast<double>(values.size() - 1);
+}
+
+double ess_within(const Eigen::MatrixXd& draws) {
+  double sum = 0;
+  bool any = false;
+  for (Eigen::Index chain = 0; chain < draws.cols(); ++chain) {
+    const double ess = ess_bulk(draws.col(chain));
+    if (!std::isfinite(ess)) continue;
+    sum += ess;
+    any = true;
+  }
+  return any ? sum : kNaN;
+}
+
+double ess_across(const Eigen::MatrixXd& draws) {
+  const auto chains = static_cast<std::size_t>(draws.cols());
+  if (chains < kFewestChains || !draws.allFinite()) return kNaN;
+  // All draws together, not within each chain: chains that never leave their place are one draw each.
+  const double of_means = variance(draws.colwise().mean().transpose());
+  return of_means > 0 ? static_cast<double>(chains) * variance(draws.reshaped()) / of_means : kNaN;
+}
+
+/// The draws of the chains that are counted.
+struct Counted {
+  std::vector<const ChainRecord*> chains;
+  std::vector<std::vector<DrawRecord>> draws;
+};
+
+Counted counted_chains(const std::vector<ChainRecord>& chains,
+                       const std::vector<std::vector<DrawRecord>>& draws) {
+  std::vector<std::size_t> longest(chains.size());
+  std::iota(longest.begin(), longest.end(), std::size_t{0});
+  std::stable_sort(longest.begin(), longest.end(), [&](std::size_t left, std::size_t right) {
+    return draws[left].size() > draws[right].size();
+  });
+  std::size_t count = 0, most = 0;
+  for (std::size_t i = 0; i < longest.size(); ++i) {
+    const std::size_t length = draws[longest[i]].size();
+    if (length < kFewestDraws || (i + 1) * length < most) continue;
+    most = (i + 1) * length;
+    count = i + 1;
+  }
+  longest.resize(count);
+  std::sort(longest.begin(), longest.end());
+  Counted counted;
+  for (const std::size_t i : longest) {
+    counted.chains.push_back(&chains[i]);
+    counted.draws.push_back(draws[i]);
+  }
+  return counted;
+}
+
+std::optional<EffectiveHealth> effective_of(const Health& health, const Counted& counted) {
+  const QuantityHealth* worst = nullptr;
+  double least = std::numeric_limits<double>::infinity(), least_bulk = least;
+  std::vector<double> across;
+  for (const QuantityHealth& quantity : health.quantities) {
+    const double bulk = quantity.together.ess_bulk;
+    if (!std::isfinite(bulk)) continue;
+    least_bulk = std::min(least_bulk, bulk);
+    if (std::isfinite(quantity.ess_across)) across.push_back(quantity.ess_across);
+    const double ess = std::isfinite(quantity.ess_across) ? std::min(bulk, quantity.ess_across) : bulk;
+    if (ess >= least) continue;
+    least = ess;
+    worst = &quantity;
+  }
+  if (!worst) return std::nullopt;
+  // The least of many spreads, each of few means, would be far too small; their harmonic mean is not.
+  double samples = least_bulk;
+  if (!across.empty())
+    samples = std::min(samples, harmonic_mean(Eigen::Map<const Eigen::VectorXd>(
+                                    across.data(), static_cast<Eigen::Index>(across.size()))));
+  double run_seconds = 0;
+  for (const ChainRecord* chain : counted.chains)
+    run_seconds += chain->counters.run_seconds;
+  EffectiveHealth effective;
+  effective.samples = std::min(samples, static_cast<double>(health.chains * health.draws_per_chain));
+  effective.quantity = worst->name;
+  effective.within = std::isfinite(worst->ess_within) ? worst->ess_within : 0;
+  if (run_seconds > 0) effective.per_cpu_minute = effective.samples / (run_seconds / 60);
+  return effective;
+}
+
+std::optional<double> eta_of(const Scenario& scenario, const std::vector<ChainRecord>& chains,
+                             const std::optional<PilotTally>& pilot) {
+  double tries = 0, per_second = 0;
+  const bool is_guided = scenario.target(Ratios::exact)->guide != nullptr;
+  for (const ChainRecord& chain : chains) {
+    if (chain.counters.samples > 0) return std::nullopt;
+    // What is built up piece by piece does not wait for chance.
+    if (is_guided && chain.method == to_string(Method::conditional) && chain.state == ChainState::running)
+      return std::nullopt;
+    tries += static_cast<double>(chain.counters.iteration);
+    if (chain.state == ChainState::running) per_second += chain.counters.iterations_per_second;
+  }
+  if (per_second <= 0) return std::nullopt;
+  const PilotTally first = pilot.value_or(PilotTally{});
+  tries += static_cast<double>(first.draws);
+  return (tries + 1) / (static_cast<double>(first.hits) + 1) / per_second;
+}
+
+}  // namespace
+
+std::uint64_t warm_up_iterations(const ChainRecord& chain) {
+  return chain.method == to_string(Method::metropolis) ? chain.counters.iteration / 4 : 0;
+}
+
+std::optional<double> effective_samples(const Scenario& scenario, const ChainRecord& chain,
+                                        const DrawsOf& draws) {
+  if (chain.method == to_string(Method::rejection)) return static_cast<double>(chain.counters.samples);
+  const std::vector<DrawRecord> judged = draws(kJudgedDraws, warm_up_iterations(chain));
+  if (judged.size() < kFewestDraws) return std::nullopt;
+  std::optional<double> least;
+  for (const Quantity& quantity : slowest(quantities(scenario, {judged}))) {
+    const double ess = ess_bulk(quantity.draws);
+    if (std::isfinite(ess) && (!least || ess < *least)) least = ess;
+  }
+  return least;
+}
+
+Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chains,
+                 const std::vector<std::vector<DrawRecord>>& draws, const std::optional<PilotTally>& pilot) {
+  CHECK(draws.size() == chains.size(), draws.size(), chains.size());
+  Health health;
+
+  // Independence, over every quantity.
+  const Counted counted = counted_chains(chains, draws);
+  health.chains = counted.chains.size();
+  if (health.chains > 0) {
+    std::vector<Quantity> all = quantities(scenario, counted.draws);
+    health.quantity_count = all.size();
+    for (const Quantity& quantity : slowest(std::move(all))) {
+      health.draws_per_chain = static_cast<std::size_t>(quantity.draws.rows());
+      health.quantities.push_back({.name = quantity.name,
+                                   .together = diagnose(quantity.draws),
+                                   .ess_within = ess_within(quantity.draws),
+                                   .ess_across = ess_across(quantity.draws)});
+    }
+  }
+  health.effective = effective_of(health, counted);
+
+  // Odds, time and swaps, over every chain.
+  for (const ChainRecord& chain : chains) {
+    const ChainCounters& counters = chain.counters;
+    pool(health.odds, counters.odds);
+    if (counters.first_sample_seconds)
+      health.first_sample_seconds =
+          std::min(*counters.first_sample_seconds,
+                   health.first_sample_seconds.value_or(std::numeric_limits<double>::infinity()));
+    health.iterations += counters.iteration;
+    health.simulations += counters.simulations;
+    health.simulated_seconds += counters.simulated_seconds;
+    health.skipped_seconds += counters.skipped_seconds;
+    for (std::size_t rung = 0; rung + 1 < counters.rungs.size(); ++rung)
+      health.swaps.push_back({.chain = chain.id,
+                              .low = counters.rungs[rung].beta,
+                              .high = counters.rungs[rung + 1].beta,
+                              .proposed = counters.rungs[rung].proposed,
+                              .accepted = counters.rungs[rung].accepted});
+  }
+  health.eta_seconds = eta_of(scenario, chains, pilot);
+  return health;
+}
+
+}  // namespace retake

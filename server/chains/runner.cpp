@@ -1,0 +1,380 @@
+// See runner.h.
+#include "server/chains/runner.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <sys/resource.h>
+#include <unistd.h>
+#include <utility>
+
+#include "server/chains/health.h"
+
+namespace retake {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::duration;
+
+constexpr duration<double> kSlice{0.02};           // chosen: a person's click is answered at once
+constexpr duration<double> kBetweenCommits{0.25};  // chosen: what a page shows of a chain is at most this old
+constexpr std::size_t kSamplesPerCommit = 32;
+constexpr std::size_t kMostGathered = 256;  // a chain waits for its commit when it has gathered this many
+
+}  // namespace
+
+Runner::Runner(Store& store, ScenarioLibrary& library, EventHub& events, Settings settings)
+    : store_(store), library_(library), events_(events), settings_(settings) {
+  for (std::size_t i = 0; i < settings_.threads; ++i)
+    threads_.emplace_back([this] { work(); });
+}
+
+Runner::~Runner() {
+  drain();
+}
+
+/// One request at a time changes a chain: while this lives, others that want to wait.
+class Runner::Turn {
+ public:
+  Turn(Runner& runner, std::string_view id) : runner_(runner), id_(id) {
+    std::unique_lock lock(runner_.mutex_);
+    runner_.changed_.wait(lock, [this] { return runner_.turns_.insert(id_).second; });
+  }
+  ~Turn() {
+    const std::lock_guard lock(runner_.mutex_);
+    runner_.turns_.erase(id_);
+    runner_.changed_.notify_all();
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  Runner& runner_;
+  const std::string id_;
+};
+
+// --- Chains come and go -------------------------------------------------------------------------
+
+void Runner::resume_stored() {
+  for (const ChainRecord& record : store_.chains_in_states({ChainState::queued, ChainState::running})) {
+    try {
+      make_live(record);
+    } catch (const std::runtime_error& error) {
+      std::fprintf(stderr, "retake: chain %s cannot go on: %s\n", record.id.c_str(), error.what());
+      set_state(record.id, ChainState::failed, "", error.what());
+    }
+  }
+}
+
+void Runner::add(const std::vector<ChainRecord>& chains) {
+  std::deque<Turn> turns;
+  for (const ChainRecord& record : chains)
+    turns.emplace_back(*this, record.id);
+  store_.add_chains(chains);
+  for (const ChainRecord& record : chains)
+    make_live(record);
+}
+
+/// Builds the run of a stored chain from its last checkpoint and queues it.
+void Runner::make_live(const ChainRecord& record) {
+  const auto scenario = library_.find(record.scenario);
+  if (!scenario) throw std::runtime_error("its scenario is gone");
+  const auto live = std::make_shared<Live>();
+  live->id = record.id;
+  live->scenario = record.scenario;
+  live->run =
+      std::make_unique<ChainRun>(scenario, record, store_.checkpoint(record.id), store_.trace(record.id));
+  set_state(record.id, ChainState::running, "", "");
+  const std::lock_guard lock(mutex_);
+  if (live_.try_emplace(record.id, live).second) {
+    queue_.push_back(live);
+    work_.notify_one();
+  }
+}
+
+void Runner::leave(const std::shared_ptr<Live>& live) {
+  const std::lock_guard lock(mutex_);
+  live_.erase(live->id);
+  changed_.notify_all();
+}
+
+void Runner::fail(const std::shared_ptr<Live>& live, const std::string& error) {
+  std::fprintf(stderr, "retake: chain %s failed: %s\n", live->id.c_str(), error.c_str());
+  try {
+    set_state(live->id, ChainState::failed, "", error);
+  } catch (const StoreError&) {
+    // The store may be what failed. The failure is shown from memory; a restart takes the chain up again.
+    const std::lock_guard lock(mutex_);
+    unsaved_failures_[live->id] = error;
+    events_.chain_changed(live->id);
+  }
+  leave(live);
+}
+
+void Runner::set_state(std::string_view id, ChainState state, std::string_view ended_by,
+                       std::string_view error) {
+  store_.set_chain_state(id, state, ended_by, error);
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = unsaved_failures_.find(id); found != unsaved_failures_.end())
+      unsaved_failures_.erase(found);
+  }
+  events_.chain_changed(id);
+  if (const auto record = store_.chain(id)) events_.scenario_changed(record->scenario);
+}
+
+// --- What clients ask ---------------------------------------------------------------------------
+
+std::optional<ChainRecord> Runner::chain(std::string_view id) const {
+  auto record = store_.chain(id);
+  if (record) show_unsaved_failure(*record);
+  return record;
+}
+
+std::vector<ChainRecord> Runner::chains(std::string_view scenario) const {
+  std::vector<ChainRecord> records = store_.chains(scenario);
+  for (ChainRecord& record : records)
+    show_unsaved_failure(record);
+  return records;
+}
+
+void Runner::show_unsaved_failure(ChainRecord& record) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = unsaved_failures_.find(record.id);
+  if (found == unsaved_failures_.end()) return;
+  record.state = ChainState::failed;
+  record.error = found->second;
+}
+
+/// Tells a live chain what it shall do and waits until it did.
+std::optional<ChainRecord> Runner::wish(std::string_view id, Wish wish) {
+  std::unique_lock lock(mutex_);
+  const auto found = live_.find(id);
+  if (found != live_.end()) {
+    const std::shared_ptr<Live> live = found->second;
+    live->wish = wish;
+    work_.notify_all();
+    changed_.wait(lock, [&] {
+      const auto now = live_.find(id);
+      return draining_ || now == live_.end() || now->second != live;
+    });
+  }
+  lock.unlock();
+  return chain(id);
+}
+
+std::optional<ChainRecord> Runner::pause(std::string_view id) {
+  const Turn turn(*this, id);
+  auto record = wish(id, Wish::pause);
+  if (record && (record->state == ChainState::finished || record->state == ChainState::failed))
+    throw WrongState("the chain has " + std::string(to_string(record->state)) + " already");
+  return record;
+}
+
+std::optional<ChainRecord> Runner::stop(std::string_view id) {
+  const Turn turn(*this, id);
+  auto record = wish(id, Wish::stop);
+  if (record && (record->state == ChainState::paused || record->state == ChainState::failed)) {
+    set_state(id, ChainState::finished, "stop", record->error);
+    record = chain(id);
+  }
+  return record;
+}
+
+std::optional<ChainRecord> Runner::resume(std::string_view id) {
+  const Turn turn(*this, id);
+  auto record = chain(id);
+  if (!record) return record;
+  if (record->state == ChainState::finished) throw WrongState("the chain has finished already");
+  if (record->state == ChainState::paused || record->state == ChainState::failed) {
+    {
+      // The store may know that it failed before its thread has let go of it.
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return draining_ || !live_.contains(id); });
+    }
+    record->error.clear();
+    make_live(*record);
+    record = chain(id);
+  }
+  return record;
+}
+
+void Runner::drop_scenario(std::string_view scenario) {
+  // Those that are added meanwhile end with their first commit after the scenario is gone.
+  std::unique_lock lock(mutex_);
+  std::vector<std::shared_ptr<Live>> dropped;
+  for (const auto& [id, live] : live_)
+    if (live->scenario == scenario) {
+      live->wish = Wish::drop;
+      dropped.push_back(live);
+    }
+  work_.notify_all();
+  changed_.wait(lock, [&] {
+    return draining_ || std::none_of(dropped.begin(), dropped.end(), [&](const auto& live) {
+             const auto now = live_.find(live->id);
+             return now != live_.end() && now->second == live;
+           });
+  });
+}
+
+void Runner::drain() {
+  {
+    const std::lock_guard lock(mutex_);
+    draining_ = true;
+    work_.notify_all();
+    changed_.notify_all();
+  }
+  threads_.clear();  // joins
+  for (const auto& [id, live] : live_) {
+    try {
+      settle_commit(*live, true);
+      hand_over(*live, std::nullopt, "");
+      settle_commit(*live, true);
+    } catch (const StoreError& error) {
+      std::fprintf(stderr, "retake: chain %s loses its last moments, which it will find again: %s\n",
+                   id.c_str(), error.what());
+    }
+  }
+  live_.clear();
+  queue_.clear();
+}
+
+Runner::Counters Runner::counters() const {
+  const std::lock_guard lock(mutex_);
+  return {.iterations = iterations_,
+          .samples = samples_,
+          .simulations = simulations_,
+          .failed_simulations = failed_simulations_,
+          .live_chains = live_.size()};
+}
+
+// --- The threads --------------------------------------------------------------------------------
+
+void Runner::work() {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
+  Performers performers;  // of the scenarios stepped last; their scratch memory is reused
+  constexpr std::size_t kMostPerformers = 8;
+  while (const std::shared_ptr<Live> live = next_chain()) {
+    const auto& scenario = live->run->scenario();
+    auto found = std::find_if(performers.begin(), performers.end(),
+                              [&](const auto& entry) { return entry.first == scenario; });
+    if (found == performers.end()) {
+      if (performers.size() == kMostPerformers) performers.erase(performers.begin());
+      performers.emplace_back(scenario, scenario->make_performer());
+      found = std::prev(performers.end());
+    }
+    slice(live, *found->second);
+  }
+}
+
+/// The next chain in turn whose commits keep up; waits for one. Null at the end.
+std::shared_ptr<Runner::Live> Runner::next_chain() {
+  std::unique_lock lock(mutex_);
+  while (!draining_) {
+    // A chain for which something is wished comes first: a client waits.
+    const auto wished =
+        std::find_if(queue_.begin(), queue_.end(), [](const auto& live) { return live->wish != Wish::run; });
+    for (auto place = wished != queue_.end() ? wished : queue_.begin(); place != queue_.end(); ++place) {
+      const ChainRun& run = *(*place)->run;
+      const bool waits = run.gathered() >= kMostGathered || run.awaits_judgement();
+      const bool held_up = (*place)->wish == Wish::run && waits && (*place)->commit.valid() &&
+                           (*place)->commit.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+      if (held_up) continue;
+      std::shared_ptr<Live> live = *place;
+      queue_.erase(place);
+      live->in_slice = true;
+      return live;
+    }
+    if (queue_.empty())
+      work_.wait(lock);
+    else
+      work_.wait_for(lock, std::chrono::milliseconds(1));  // the store is behind
+  }
+  return nullptr;
+}
+
+void Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer) {
+  ChainRun& run = *live->run;
+  try {
+    // Step, unless something else is wished.
+    Wish wish;
+    {
+      const std::lock_guard lock(mutex_);
+      wish = live->wish;
+    }
+    if (wish == Wish::run && run.ended_by().empty() && !run.awaits_judgement()) {
+      const ChainCounters before = run.record().counters;
+      run.step_for(performer, kSlice, kMostGathered);
+      count(before, run.record().counters);
+    }
+
+    // Hand over what there is, when it is time.
+    const bool is_deleted = !settle_commit(*live, false);
+    if (wish == Wish::drop || is_deleted) {
+      leave(live);
+      return;
+    }
+    const bool is_all_stored =
+        !live->commit.valid() && live->handed_over_at == run.record().counters.iteration;
+    if (run.awaits_judgement() && wish == Wish::run && is_all_stored) judge(*live);
+    std::string_view ended_by = run.ended_by();
+    if (wish == Wish::stop && ended_by.empty()) ended_by = "stop";
+    if (ended_by.empty() && run.gathered() > 0 &&
+        store_.sample_count(live->scenario) >= settings_.most_samples_per_scenario)
+      ended_by = "stock";
+    if (!ended_by.empty() || wish == Wish::pause) {
+      settle_commit(*live, true);
+      hand_over(*live, ended_by.empty() ? ChainState::paused : ChainState::finished, ended_by);
+      settle_commit(*live, true);
+      leave(live);
+      return;
+    }
+    const bool behind = live->commit.valid();
+    if (!behind && (run.gathered() >= kSamplesPerCommit || run.awaits_judgement() ||
+                    Clock::now() - live->committed_at >= kBetweenCommits))
+      hand_over(*live, std::nullopt, "");
+  } catch (const std::runtime_error& error) {
+    fail(live, error.what());
+    return;
+  }
+  const std::lock_guard lock(mutex_);
+  live->in_slice = false;
+  queue_.push_back(live);
+  work_.notify_one();
+}
+
+bool Runner::settle_commit(Live& live, bool wait) {
+  if (!live.commit.valid()) return true;
+  if (!wait && live.commit.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return true;
+  const bool has_samples = live.commit.get() > 0;
+  if (!has_samples && !store_.chain(live.id))
+    return false;  // its scenario was deleted while it was being added
+  events_.chain_changed(live.id);
+  events_.scenario_changed(live.scenario);
+  return true;
+}
+
+void Runner::hand_over(Live& live, std::optional<ChainState> state, std::string_view ended_by) {
+  ChainProgress progress = live.run->take_progress();
+  progress.state = state;
+  progress.ended_by = ended_by;
+  live.commit = store_.commit(std::move(progress));
+  live.committed_at = Clock::now();
+  live.handed_over_at = live.run->record().counters.iteration;
+}
+
+void Runner::judge(Live& live) {
+  const ChainRecord& record = live.run->record();
+  live.run->judge(
+      effective_samples(*live.run->scenario(), record, [&](std::size_t most, std::uint64_t from_iteration) {
+        return store_.draws(record.id, most, from_iteration);
+      }));
+}
+
+void Runner::count(const ChainCounters& before, const ChainCounters& after) {
+  iterations_ += after.iteration - before.iteration;
+  samples_ += after.samples - before.samples;
+  simulations_ += after.simulations - before.simulations;
+  failed_simulations_ += after.failed_simulations - before.failed_simulations;
+}
+
+}  // namespace retake

@@ -1,0 +1,134 @@
+// Runner: the threads that step chains in fair slices and hand their samples to the Store.
+// DESIGN section 1. Which thread steps a chain, and when, never changes what the chain finds. It must not
+// know HTTP.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <future>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "db/store.h"
+#include "server/chains/chain_run.h"
+#include "server/chains/event_hub.h"
+#include "server/chains/scenario_library.h"
+
+namespace retake {
+
+/// Thread safety: every method may be called from any thread.
+class Runner {
+ public:
+  /// Requests come first: Linux gives a thread of this niceness a tenth of what the threads that serve
+  /// requests get.
+  static constexpr int kNiceness = 10;
+
+  struct Settings {
+    std::size_t threads = 2;
+    std::uint64_t most_samples_per_scenario =
+        1'000'000;  ///< chains end there, so that no wish fills the disk
+  };
+  Runner(Store& store, ScenarioLibrary& library, EventHub& events, Settings settings);
+  /// As drain().
+  ~Runner();
+
+  /// Takes up every chain that the store says was running. Chains that cannot go on become failed.
+  void resume_stored();
+
+  /// Adds chains to the store and runs them. Throws: StoreError.
+  void add(const std::vector<ChainRecord>& chains);
+
+  /// Each returns the chain as it is afterwards; nothing happens to one that is in that state already.
+  /// Empty: no such chain. Throws: StoreError; WrongState for a chain that has ended.
+  class WrongState;
+  std::optional<ChainRecord> pause(std::string_view id);
+  std::optional<ChainRecord> resume(
+      std::string_view id);                              ///< a failed chain goes on from its last checkpoint
+  std::optional<ChainRecord> stop(std::string_view id);  ///< finishes it, for good
+
+  /// A chain as the store has it, but with a failure that the store could not take yet.
+  std::optional<ChainRecord> chain(std::string_view id) const;
+  std::vector<ChainRecord> chains(std::string_view scenario) const;
+
+  /// Ends the chains of a scenario without a trace, before it is deleted.
+  void drop_scenario(std::string_view scenario);
+
+  /// Commits a checkpoint of every chain and stops the threads. The chains stay `running` in the store, so
+  /// that the next start takes them up again.
+  void drain();
+
+  struct Counters {
+    std::uint64_t iterations = 0;  ///< since the start of the process
+    std::uint64_t samples = 0;
+    std::uint64_t simulations = 0;
+    std::uint64_t failed_simulations = 0;
+    std::uint64_t live_chains = 0;
+  };
+  Counters counters() const;
+
+ private:
+  enum class Wish { run, pause, stop, drop };
+  struct Live {
+    std::string id;  // as in run->record(), but readable while a slice is under way
+    std::string scenario;
+    std::unique_ptr<ChainRun> run;
+    Wish wish = Wish::run;
+    bool in_slice = false;
+    std::future<std::uint64_t> commit;  // the last one handed to the store
+    std::chrono::steady_clock::time_point committed_at{};
+    std::optional<std::uint64_t> handed_over_at;  // the iteration of that commit
+  };
+  class Turn;
+  using Performers =
+      std::vector<std::pair<std::shared_ptr<const Scenario>, std::unique_ptr<Scenario::Performer>>>;
+
+  void work();
+  std::shared_ptr<Live> next_chain();
+  void slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer);
+  /// Looks at the last commit. False: the chain was deleted. Throws: StoreError if it failed.
+  bool settle_commit(Live& live, bool wait);
+  void hand_over(Live& live, std::optional<ChainState> state, std::string_view ended_by);
+  /// Looks at the stop rule by effective samples. Requires: the store holds everything so far.
+  void judge(Live& live);
+  void leave(const std::shared_ptr<Live>& live);
+  void fail(const std::shared_ptr<Live>& live, const std::string& error);
+  void make_live(const ChainRecord& record);
+  void set_state(std::string_view id, ChainState state, std::string_view ended_by, std::string_view error);
+  std::optional<ChainRecord> wish(std::string_view id, Wish wish);
+  void show_unsaved_failure(ChainRecord& record) const;
+  void count(const ChainCounters& before, const ChainCounters& after);
+
+  Store& store_;
+  ScenarioLibrary& library_;
+  EventHub& events_;
+  const Settings settings_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable work_;     // something to step, or the end
+  std::condition_variable changed_;  // a chain left, or a slice ended
+  std::map<std::string, std::shared_ptr<Live>, std::less<>> live_;
+  std::deque<std::shared_ptr<Live>> queue_;
+  std::set<std::string, std::less<>> turns_;  // chains that a request is changing just now
+  std::map<std::string, std::string, std::less<>> unsaved_failures_;  // chain id -> error
+  bool draining_ = false;
+  std::atomic<std::uint64_t> iterations_{0}, samples_{0}, simulations_{0}, failed_simulations_{0};
+  std::vector<std::jthread> threads_;
+};
+
+/// A chain that has ended cannot be paused or resumed.
+class Runner::WrongState : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace retake

@@ -1,0 +1,56 @@
+// See scenario_library.h.
+#include "server/chains/scenario_library.h"
+
+#include <stdexcept>
+
+#include "server/chains/identifiers.h"
+
+namespace retake {
+
+std::string scenario_id(const nlohmann::json& document) {
+  return digest_identifier(document.dump(), 20);
+}
+
+ScenarioRecord new_scenario_record(const Scenario& scenario) {
+  ScenarioRecord record;
+  record.id = scenario_id(scenario.document());
+  record.world = scenario.world().name();
+  record.world_version = scenario.world().version();
+  record.title = scenario.title();
+  record.document = scenario.document().dump();
+  record.created_at = now_milliseconds();
+  return record;
+}
+
+std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record) {
+  const World* world = find_world(record.world);
+  if (!world || world->version() != record.world_version)
+    throw std::runtime_error("scenario " + record.id + " was made for " + record.world + " version " +
+                             std::to_string(record.world_version) + ", which this build does not have");
+  nlohmann::json document = nlohmann::json::parse(record.document);
+  document.erase("world_version");
+  try {
+    return Scenario::read(document);
+  } catch (const InvalidRequest& fault) {
+    throw std::runtime_error("scenario " + record.id + " cannot be read: " + fault.what());
+  }
+}
+
+std::shared_ptr<const Scenario> ScenarioLibrary::find(std::string_view id) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = compiled_.find(id); found != compiled_.end()) return found->second;
+  }
+  const auto record = store_.scenario(id);
+  if (!record) return nullptr;
+  auto scenario = compile_stored(*record);
+  const std::lock_guard lock(mutex_);
+  return compiled_.try_emplace(std::string(id), std::move(scenario)).first->second;
+}
+
+void ScenarioLibrary::forget(std::string_view id) {
+  const std::lock_guard lock(mutex_);
+  if (const auto found = compiled_.find(id); found != compiled_.end()) compiled_.erase(found);
+}
+
+}  // namespace retake

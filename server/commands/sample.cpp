@@ -1,0 +1,124 @@
+// `retake sample`: the daemon's job without a daemon - the same chain, the same samples, the same digests.
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <unistd.h>
+
+#include "server/api/views.h"
+#include "server/chains/chain_run.h"
+#include "server/chains/gathered_draws.h"
+#include "server/chains/health.h"
+#include "server/chains/identifiers.h"
+#include "server/chains/scenario_library.h"
+#include "server/commands/command_line.h"
+#include "worlds/formats/keyframes.h"
+#include "worlds/formats/recorded.h"
+
+namespace retake {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::chrono::duration<double> kBetweenReports{0.2};
+constexpr std::uint64_t kDefaultCount = 10;
+
+std::string read_text(const std::string& path) {
+  if (path == "-") return std::string(std::istreambuf_iterator<char>(std::cin), {});
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error("cannot read " + path);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+ChainRecord chain_record(const SampleOptions& options, const Scenario& scenario) {
+  ChainRecord record;
+  record.seed = options.seed.value_or(random_seed());
+  record.index = options.index;
+  record.id = "seed" + std::to_string(record.seed);
+  record.scenario = scenario_id(scenario.document());
+  record.method = options.method.empty() ? to_string(scenario.world().default_method()) : options.method;
+  record.ratios = options.ratios;
+  if (!method_from(record.method))
+    throw ConfigurationError("--method must be rejection, metropolis, conditional or tempering");
+  if (!ratios_from(record.ratios)) throw ConfigurationError("--ratios must be exact or paper");
+  record.stop = {.samples = options.count,
+                 .iterations = options.iterations,
+                 .seconds = options.seconds,
+                 .ess = options.ess};
+  if (!options.count && !options.ess) record.stop.samples = kDefaultCount;
+  return record;
+}
+
+/// "10 samples", "samples until 50 are effective" or both.
+std::string wanted_text(const StopRule& stop) {
+  std::string text = stop.samples ? std::to_string(*stop.samples) + " samples" : "samples";
+  if (stop.ess)
+    text += (stop.samples ? ", or until " : " until ") + std::to_string(*stop.ess) + " are effective";
+  return text;
+}
+
+void write_file(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text << '\n';
+  file.close();
+  if (!file) throw std::runtime_error("cannot write " + path.string());
+}
+
+}  // namespace
+
+Exit sample(const SampleOptions& options) {
+  const auto scenario = Scenario::read(parse_document(read_text(options.scenario)));
+  const auto performer = scenario->make_performer();
+  ChainRun run(scenario, chain_record(options, *scenario), "", {});
+  if (!options.out.empty()) std::filesystem::create_directories(options.out);
+  const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
+
+  const std::string wanted = wanted_text(run.record().stop);
+  GatheredDraws gathered;  // only if the chain is judged by them
+  std::uint64_t found = 0;
+  while (run.ended_by().empty()) {
+    run.step_for(*performer, kBetweenReports, 256);
+    const ChainProgress progress = run.take_progress();
+    if (options.ess) gathered.add(progress);
+    if (run.awaits_judgement())
+      run.judge(
+          effective_samples(*scenario, run.record(), [&](std::size_t most, std::uint64_t from_iteration) {
+            return gathered.draws(most, from_iteration);
+          }));
+    for (const NewSample& each : progress.samples) {
+      ++found;
+      json view = sample_json(each.record);
+      for (const char* stored_only : {"created_at", "plays", "weight"})
+        view.erase(stored_only);
+      if (!options.out.empty()) {
+        const std::filesystem::path path = std::filesystem::path(options.out) / (each.record.id + ".json");
+        const Animation animation = decode_animation(each.animation);
+        const KeyframeHead head = keyframe_head(
+            animation, each.record.id, std::string(scenario->world().name()), scenario->world().version());
+        write_file(path, keyframes_json(animation, head, options.rate).dump());
+        view["file"] = path.string();
+      }
+      if (options.json)
+        std::cout << view.dump() << '\n';
+      else if (!terminal || !options.out.empty())
+        std::cout << each.record.id << "  " << each.record.digest
+                  << (options.out.empty() ? "" : "  " + view.value("file", "")) << '\n';
+    }
+    const ChainCounters& counters = run.record().counters;
+    if (terminal)
+      std::fprintf(stderr, "\r%llu of %s, %llu iterations, %.0f a second ",
+                   static_cast<unsigned long long>(found), wanted.c_str(),
+                   static_cast<unsigned long long>(counters.iteration), counters.iterations_per_second);
+  }
+  if (terminal) std::fputc('\n', stderr);
+  if (options.json)
+    std::cout << json({{"chain", chain_json(run.record())}, {"ended_by", run.ended_by()}}).dump() << '\n';
+  std::cout.flush();
+  if (run.ended_by() == "samples" || run.ended_by() == "ess") return Exit::done;
+  std::fprintf(stderr, "retake: gave up with %llu of %s\n", static_cast<unsigned long long>(found),
+               wanted.c_str());
+  return Exit::failed;
+}
+
+}  // namespace retake

@@ -1,0 +1,175 @@
+// `retake serve`: puts the daemon's parts together and takes them apart again.
+#include <algorithm>
+#include <cctype>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <pthread.h>
+#include <sstream>
+#include <string_view>
+#include <thread>
+
+#include "server/api/api.h"
+#include "server/commands/command_line.h"
+#include "server/http/guard.h"
+
+namespace retake {
+namespace {
+
+constexpr std::uint64_t kExampleEss = 100;  // a chain; chosen: fills some pages of the gallery
+constexpr double kExampleSeconds = 60;      // [s] of running, a chain; rare wishes get that far
+
+struct Address {
+  std::string host;
+  int port;
+};
+
+/// "127.0.0.1:8080" or "[::1]:8080".
+Address read_address(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0)
+    throw ConfigurationError("--listen wants ADDRESS:PORT, got " + text);
+  std::string host = text.substr(0, colon);
+  if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  const std::string port = text.substr(colon + 1);
+  const bool digits = !port.empty() && port.size() <= 5 &&
+                      std::all_of(port.begin(), port.end(),
+                                  [](char character) { return character >= '0' && character <= '9'; });
+  if (!digits || std::stoi(port) > 65535)
+    throw ConfigurationError("--listen wants a port from 0 to 65535, got " + port);
+  return {std::move(host), std::stoi(port)};
+}
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
+}
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> parts;
+  std::istringstream text(list);
+  for (std::string part; std::getline(text, part, ',');)
+    if (!part.empty()) parts.push_back(part);
+  return parts;
+}
+
+std::string read_token(const ServeOptions& options) {
+  if (options.token_file.empty()) return options.token;
+  std::ifstream file(options.token_file);
+  std::string token;
+  if (!std::getline(file, token) || token.empty())
+    throw ConfigurationError("--token-file " + options.token_file + " holds no token");
+  return token;
+}
+
+HttpSettings http_settings(const ServeOptions& options) {
+  const Address address = read_address(options.listen);
+  HttpSettings settings;
+  settings.address = address.host;
+  settings.port = address.port;
+  settings.token = read_token(options);
+  settings.allowed_hosts = split(options.allow_hosts);
+  settings.allowed_origins = split(options.allow_origins);
+  if (settings.token.empty() && !is_loopback(address.host))
+    throw ConfigurationError("--listen " + options.listen +
+                             " can be reached from other machines: give a --token");
+  try {
+    const HttpGuard guard(settings);
+  } catch (const std::runtime_error& fault) {
+    throw ConfigurationError(fault.what());
+  }
+  return settings;
+}
+
+void add_examples(Api& api) {
+  if (!api.store.scenarios(1, "").records.empty()) return;
+  StopRule stop;
+  stop.ess = kExampleEss;
+  stop.seconds = kExampleSeconds;
+  for (const World* world : worlds()) {
+    // Lists show the newest first: so a world's first example comes before its others.
+    std::vector<nlohmann::json> examples = world->examples();
+    std::reverse(examples.begin(), examples.end());
+    for (const nlohmann::json& document : examples) {
+      const auto scenario = Scenario::read(document);
+      const Store::AddedScenario added = api.store.add_scenario(new_scenario_record(*scenario));
+      start_default_chains(api.runner, *scenario, added.scenario.id, 2, stop);
+    }
+  }
+}
+
+/// The signals that end the daemon, blocked in every thread that is made from here on.
+sigset_t block_end_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a failed write, not the end
+  return signals;
+}
+
+}  // namespace
+
+Exit serve(const ServeOptions& options) {
+  const HttpSettings settings = http_settings(options);
+  const sigset_t signals = block_end_signals();
+  const bool fits_cookie =
+      std::all_of(settings.token.begin(), settings.token.end(), [](unsigned char character) {
+        return std::isalnum(character) ||
+               std::string_view("-._~+/=").find(static_cast<char>(character)) != std::string_view::npos;
+      });
+  if (!fits_cookie) throw ConfigurationError("--token may hold letters, digits and -._~+/= only");
+
+  // The address first: a second daemon by mistake should not touch the store.
+  HttpServer server(settings);
+  int port = 0;
+  try {
+    port = server.bind();
+  } catch (const std::runtime_error& fault) {
+    std::fprintf(stderr, "retake: %s\n", fault.what());
+    return Exit::listen_address;
+  }
+
+  Store store(options.store);
+  ScenarioLibrary library(store);
+  EventHub events;
+  ServiceLimits limits;
+  limits.most_samples_per_scenario = options.max_samples;
+  limits.low_water = options.low_water;
+  limits.refill = std::max<std::uint64_t>(options.refill, 1);
+  const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
+  Runner runner(store, library, events,
+                {.threads = options.threads == 0 ? cores : options.threads,
+                 .most_samples_per_scenario = options.max_samples});
+  Pilot pilot(store, library, events);
+  Api api{.store = store,
+          .scenarios = library,
+          .events = events,
+          .runner = runner,
+          .pilot = pilot,
+          .limits = limits,
+          .server = server};
+  add_all_routes(server, api);
+  runner.resume_stored();
+  if (!options.no_examples) add_examples(api);
+  pilot.add_missing();
+
+  const bool is_ipv6 = settings.address.find(':') != std::string::npos;
+  std::printf("Retake is at http://%s:%d/\n",
+              (is_ipv6 ? "[" + settings.address + "]" : settings.address).c_str(), port);
+  std::fflush(stdout);
+
+  // A first signal ends the daemon in good order. The thread waits for one until the process ends.
+  std::thread([&server, signals] {
+    int signal = 0;
+    sigwait(&signals, &signal);
+    std::fprintf(stderr, "retake: %s, finishing\n", signal == SIGTERM ? "SIGTERM" : "SIGINT");
+    server.stop();
+  }).detach();
+  server.run();
+  pilot.drain();
+  runner.drain();
+  return Exit::done;
+}
+
+}  // namespace retake

@@ -1,0 +1,201 @@
+// Commands that look at a store - verify, export, backup, check - and those that tell what this build can do.
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iostream>
+
+#include "db/store.h"
+#include "server/api/views.h"
+#include "server/chains/scenario_library.h"
+#include "server/commands/command_line.h"
+#include "worlds/formats/keyframes.h"
+#include "worlds/formats/recorded.h"
+
+namespace retake {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kPage = 500;
+
+/// Calls `visit` for every sample of a scenario, oldest first, until it says false.
+void each_sample(const Store& store, const std::string& scenario,
+                 const std::function<bool(const SampleRecord&)>& visit) {
+  std::string cursor;
+  do {
+    const Page<SampleRecord> page = store.samples(scenario, SampleOrder::oldest, kPage, cursor);
+    for (const SampleRecord& record : page.records)
+      if (!visit(record)) return;
+    cursor = page.next_cursor;
+  } while (!cursor.empty());
+}
+
+void each_scenario(const Store& store, const std::function<void(const ScenarioRecord&)>& visit) {
+  std::string cursor;
+  do {
+    const Page<ScenarioRecord> page = store.scenarios(kPage, cursor);
+    for (const ScenarioRecord& record : page.records)
+      visit(record);
+    cursor = page.next_cursor;
+  } while (!cursor.empty());
+}
+
+/// Simulates samples again, with one performer a scenario.
+class Verifier {
+ public:
+  explicit Verifier(const Store& store) : library_(store), store_(store) {}
+  bool identical(const SampleRecord& record) {
+    if (!scenario_ || record.scenario != scenario_id_) {
+      scenario_ = library_.find(record.scenario);
+      if (!scenario_) return false;
+      scenario_id_ = record.scenario;
+      performer_ = scenario_->make_performer();
+    }
+    const auto state = store_.sample_state(record.id);
+    if (!state) return false;
+    const State decoded = decode_state(*state);
+    const Scenario::Performer::Take take = performer_->perform(decoded);
+    return take.complete && digest(decoded, take.animation) == record.digest;
+  }
+
+ private:
+  ScenarioLibrary library_;
+  const Store& store_;
+  std::string scenario_id_;
+  std::shared_ptr<const Scenario> scenario_;
+  std::unique_ptr<Scenario::Performer> performer_;
+};
+
+}  // namespace
+
+Exit verify(const VerifyOptions& options) {
+  const Store store(options.store, {.read_only = true});
+  Verifier verifier(store);
+  std::uint64_t same = 0, different = 0;
+  const auto look = [&](const SampleRecord& record) {
+    std::string trouble = "differs";
+    bool identical = false;
+    try {
+      identical = verifier.identical(record);
+    } catch (const DamagedAnimation& fault) {
+      trouble = fault.what();
+    }
+    ++(identical ? same : different);
+    if (!identical) std::printf("%s: %s\n", record.id.c_str(), trouble.c_str());
+    return true;
+  };
+  if (options.samples.empty()) {
+    each_scenario(store, [&](const ScenarioRecord& scenario) { each_sample(store, scenario.id, look); });
+  } else {
+    for (const std::string& id : options.samples) {
+      const auto record = store.sample(id);
+      if (!record) throw std::runtime_error("there is no sample " + id);
+      look(*record);
+    }
+  }
+  std::printf("%llu identical, %llu different\n", static_cast<unsigned long long>(same),
+              static_cast<unsigned long long>(different));
+  return different == 0 ? Exit::done : Exit::failed;
+}
+
+Exit export_samples(const ExportOptions& options) {
+  const Store store(options.store, {.read_only = true});
+  const auto scenario = store.scenario(options.scenario);
+  if (!scenario) throw std::runtime_error("there is no scenario " + options.scenario);
+  std::filesystem::create_directories(options.out);
+  std::uint64_t written = 0;
+  each_sample(store, scenario->id, [&](const SampleRecord& record) {
+    const auto bytes = store.sample_animation(record.id);
+    if (!bytes) return true;  // deleted meanwhile
+    const Animation animation = decode_animation(*bytes);
+    const KeyframeHead head = keyframe_head(animation, record.id, scenario->world, scenario->world_version);
+    const std::filesystem::path path = std::filesystem::path(options.out) / (record.id + ".json");
+    std::ofstream file(path, std::ios::binary);
+    file << keyframes_json(animation, head, options.rate).dump() << '\n';
+    file.close();
+    if (!file) throw std::runtime_error("cannot write " + path.string());
+    return ++written != options.limit;
+  });
+  std::printf("%llu keyframe documents in %s\n", static_cast<unsigned long long>(written),
+              options.out.c_str());
+  return Exit::done;
+}
+
+Exit backup(const BackupOptions& options) {
+  const Store store(options.store, {.read_only = true});
+  store.backup(options.target);
+  std::printf("%s is a copy of %s\n", options.target.c_str(), options.store.c_str());
+  return Exit::done;
+}
+
+Exit check(const std::string& path) {
+  const Store store(path, {.read_only = true});
+  std::uint64_t faults = 0, samples = 0;
+  for (const std::string& line : store.check()) {
+    ++faults;
+    std::printf("%s\n", line.c_str());
+  }
+  each_scenario(store, [&](const ScenarioRecord& scenario) {
+    each_sample(store, scenario.id, [&](const SampleRecord& record) {
+      ++samples;
+      try {
+        decode_animation(store.sample_animation(record.id).value_or(""));
+        decode_state(store.sample_state(record.id).value_or(""));
+      } catch (const DamagedAnimation& fault) {
+        ++faults;
+        std::printf("sample %s: %s\n", record.id.c_str(), fault.what());
+      }
+      return true;
+    });
+  });
+  std::printf("%llu samples looked at, %llu faults\n", static_cast<unsigned long long>(samples),
+              static_cast<unsigned long long>(faults));
+  return faults == 0 ? Exit::done : Exit::failed;
+}
+
+Exit list_worlds(bool as_json) {
+  json views = json::array();
+  for (const World* world : worlds())
+    views.push_back(world_json(*world));
+  if (as_json) {
+    std::cout << json({{"worlds", views}}).dump(2) << '\n';
+    return Exit::done;
+  }
+  for (const json& world : views) {
+    std::cout << world.value("name", "") << " (version " << world["version"]
+              << "): " << world.value("summary", "") << "\n  model\n";
+    for (const auto& [name, field] : world["model"]["properties"].items())
+      std::cout << "    " << name << " = " << field.value("default", json()).dump()
+                << (field.contains("x-unit") ? " " + field.value("x-unit", "") : "") << "  "
+                << field.value("description", "") << '\n';
+    std::cout << "  constraints\n";
+    for (const json& term : world["constraints"]) {
+      std::cout << "    " << term.value("kind", "") << ": " << term.value("summary", "") << '\n';
+      for (const auto& [name, field] : term["schema"]["properties"].items())
+        if (name != "kind")
+          std::cout << "      " << name
+                    << (field.contains("default") ? " = " + field["default"].dump() : " (required)") << "  "
+                    << field.value("description", "") << '\n';
+    }
+  }
+  return Exit::done;
+}
+
+std::string version_text() {
+  return RETAKE_VERSION;
+}
+
+Exit show_version(bool as_json) {
+  json names = json::object();
+  for (const World* world : worlds())
+    names[std::string(world->name())] = world->version();
+  if (as_json)
+    std::cout << json({{"version", version_text()}, {"compiler", __VERSION__}, {"worlds", names}}).dump()
+              << '\n';
+  else
+    std::cout << "retake " << version_text() << " (g++ " << __VERSION__ << ")\n";
+  return Exit::done;
+}
+
+}  // namespace retake

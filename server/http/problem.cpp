@@ -1,0 +1,50 @@
+// HttpProblem and the responses that carry JSON. Realises API.md, "Conventions": one error shape (RFC 9457).
+// It must not know the socket; it only builds responses.
+#include <utility>
+
+#include "server/http/server.h"
+
+namespace retake {
+namespace {
+
+std::string serialised(const nlohmann::json& body) {
+  return body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace
+
+HttpProblem::HttpProblem(int status_, std::string type_, std::string title_, std::string detail_,
+                         std::vector<Fault> errors_,
+                         std::vector<std::pair<std::string, std::string>> headers_)
+    : std::runtime_error(title_ + ": " + detail_),
+      status(status_),
+      type(std::move(type_)),
+      title(std::move(title_)),
+      detail(std::move(detail_)),
+      errors(std::move(errors_)),
+      headers(std::move(headers_)) {}
+
+HttpResponse problem_response(const HttpProblem& problem) {
+  nlohmann::json errors = nlohmann::json::array();
+  for (const Fault& fault : problem.errors)
+    errors.push_back({{"pointer", fault.pointer}, {"detail", fault.detail}});
+  HttpResponse response;
+  response.status = problem.status;
+  response.content_type = "application/problem+json";
+  response.body = serialised({{"type", "/problems/" + problem.type},
+                              {"title", problem.title},
+                              {"status", problem.status},
+                              {"detail", problem.detail},
+                              {"errors", std::move(errors)}});
+  response.headers = problem.headers;
+  return response;
+}
+
+HttpResponse json_response(const nlohmann::json& body, int status) {
+  HttpResponse response;
+  response.status = status;
+  response.body = serialised(body);
+  return response;
+}
+
+}  // namespace retake

@@ -1,0 +1,120 @@
+// The keyframe document: resampling keeps the motion, the end and the contract's counts.
+#include "worlds/formats/keyframes.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "worlds/scenario.h"
+
+namespace retake {
+namespace {
+
+using nlohmann::json;
+
+Animation ball_animation() {
+  const auto scenario = Scenario::read({{"world", "ball2d"}, {"constraints", json::array()}});
+  RandomStream draws({.seed = 11, .iteration = 3});
+  State state;
+  scenario->model().draw(draws, state);
+  return scenario->make_performer()->perform(state).animation;
+}
+
+const KeyframeHead kHead{.sample = "chain-1", .world = "ball2d", .world_version = 1};
+
+TEST(Keyframes, HaveThreeAndFourNumbersAFrame) {
+  const json document = keyframes_json(ball_animation(), kHead);
+  const std::size_t frames = document["frames"];
+  EXPECT_EQ(document["format"], "retake.keyframes/1");
+  EXPECT_EQ(document["tracks"][0]["position"].size(), 3 * frames);
+  EXPECT_EQ(document["tracks"][0]["rotation"].size(), 4 * frames);
+  EXPECT_DOUBLE_EQ(document["duration"].get<double>(), static_cast<double>(frames - 1) / 60);
+}
+
+TEST(Keyframes, AreRoundedToATenthOfTheirPrecision) {
+  const Animation animation = ball_animation();
+  const json document = keyframes_json(animation, kHead);
+  for (Eigen::Index i = 0; i < animation.tracks[0].positions.size(); ++i)
+    EXPECT_NEAR(document["tracks"][0]["position"][static_cast<std::size_t>(i)].get<double>(),
+                animation.tracks[0].positions(i), 0.5e-5);
+}
+
+TEST(Keyframes, AtHalfTheRateAreEverySecondFrame) {
+  const Animation animation = ball_animation();
+  const json document = keyframes_json(animation, kHead, 30);
+  EXPECT_EQ(document["rate"], 30);
+  const json& position = document["tracks"][0]["position"];
+  for (std::size_t frame = 0; 2 * frame < animation.frames; ++frame)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(position[3 * frame + axis].get<double>(),
+                  animation.tracks[0].positions(static_cast<Eigen::Index>(axis),
+                                                static_cast<Eigen::Index>(2 * frame)),
+                  1e-5);
+}
+
+TEST(Keyframes, EndInTheRestAtAnyRate) {
+  const Animation animation = ball_animation();
+  for (const double rate : {1.0, 7.0, 24.0, 59.0, 61.0, 240.0}) {
+    const json document = keyframes_json(animation, kHead, rate);
+    const std::size_t frames = document["frames"];
+    const json& position = document["tracks"][0]["position"];
+    ASSERT_EQ(position.size(), 3 * frames);
+    EXPECT_GE(document["duration"].get<double>(), animation.duration() - 1e-9) << rate;
+    EXPECT_LT(document["duration"].get<double>(), animation.duration() + 1 / rate) << rate;
+    EXPECT_NEAR(position[3 * frames - 3].get<double>(), animation.tracks[0].rest.position.x(), 1e-5) << rate;
+  }
+}
+
+TEST(Keyframes, NameTheBodiesOfEveryContactInOrderOfTime) {
+  const json document = keyframes_json(ball_animation(), kHead);
+  double last = 0;
+  ASSERT_FALSE(document["events"].empty());
+  for (const json& event : document["events"]) {
+    EXPECT_EQ(event["bodies"], json({"ball", "table"}));
+    EXPECT_GT(event["impulse"].get<double>(), 0);
+    EXPECT_GE(event["time"].get<double>(), last);
+    last = event["time"];
+  }
+}
+
+TEST(Keyframes, SayWhereToLookIfTheWorldDoes) {
+  KeyframeHead head = kHead;
+  EXPECT_FALSE(keyframes_json(ball_animation(), head).contains("view"));
+  head.viewpoint =
+      Viewpoint{.center = {1, 2, -3}, .half_extents = {4, 5, 6.5}, .azimuth = -0.25, .elevation = 1.0 / 3};
+  const json view = {
+      {"center", {1, 2, -3}}, {"half_extents", {4, 5, 6.5}}, {"azimuth", -0.25}, {"elevation", 0.333333}};
+  EXPECT_EQ(keyframes_json(ball_animation(), head).at("view"), view);
+  EXPECT_EQ(keyframes_json(ball_animation(), head, 7).at("view"), view) << "at any rate";
+}
+
+TEST(Keyframes, ShowAHeightFieldAsAMeshWithWhatItIsLike) {
+  Animation animation = ball_animation();
+  animation.bodies.push_back(
+      {.name = "ground",
+       .shape = HeightField{.rows = 2,
+                            .columns = 3,
+                            .spacing = 0.5,
+                            .heights = {0, 0.1, 0.2, 0.3, 0.4, 0.5},
+                            .attributes = {{"friction", {0.123, 0.2, 0, 1, 0.5, 0.999}}}},
+       .colour = "#123456",
+       .pose = {}});
+  const json shape = keyframes_json(animation, kHead)["bodies"].back()["shape"];
+  const json expected = {
+      {"type", "mesh"},
+      {"positions", {0, 0, 0, 0, 0.1, 0.5, 0, 0.2, 1, 0.5, 0.3, 0, 0.5, 0.4, 0.5, 0.5, 0.5, 1}},
+      {"indices", {0, 4, 3, 0, 1, 4, 1, 5, 4, 1, 2, 5}},
+      {"attributes", {{"friction", {0.12, 0.2, 0, 1, 0.5, 1}}}}};
+  EXPECT_EQ(shape, expected);
+}
+
+TEST(Keyframes, AreMadeOfSamplesWhoseWorldIsNotInThisBuild) {
+  const KeyframeHead head = keyframe_head(ball_animation(), "chain-1", "chess", 3);
+  EXPECT_EQ(head.sample, "chain-1");
+  EXPECT_EQ(head.world, "chess");
+  EXPECT_EQ(head.world_version, 3);
+  EXPECT_FALSE(head.viewpoint);
+}
+
+}  // namespace
+}  // namespace retake
