@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bench/figure.h"
-#include "db/store.h"
+#include "db/open_store.h"
 #include "server/api/api.h"
 #include "server/chains/identifiers.h"
 #include "server/chains/runner.h"
@@ -67,7 +67,8 @@ void bench_server_path(double seconds, int rounds) {
     const auto scenario = ball(0.0125);
     const auto performer = scenario->make_performer();
     Chain bare_chain(scenario->target(Ratios::exact), {.seed = 2, .index = 0, .method = Method::rejection});
-    Store store((folder / "bench.db").string());
+    const auto opened = open_store((folder / "bench.db").string());
+    Store& store = *opened;
     ScenarioLibrary library(store);
     EventHub events;
     Runner runner(store, library, events, {.threads = 1, .most_samples_per_scenario = 100'000'000});

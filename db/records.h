@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sampler/odds.h"
+#include "sampler/stay.h"
 
 namespace retake {
 
@@ -36,6 +37,11 @@ struct ScenarioRecord {
   std::optional<PilotTally> pilot;  ///< none until set_pilot
 };
 
+struct AddedScenario {
+  ScenarioRecord scenario;
+  bool created;  ///< false: the same document was there already
+};
+
 /// Adds a tally to a pool, which keeps the best basis alone: one of a better basis takes its place, one of a
 /// worse basis is left out.
 void pool(OddsTally& pooled, const OddsTally& tally);
@@ -53,37 +59,13 @@ struct StopRule {
   std::optional<std::uint64_t> ess{};  ///< effective samples, of the variable or measure that has fewest
 };
 
-struct KernelCount {
-  std::string name;
-  std::uint64_t proposed = 0;
-  std::uint64_t accepted = 0;
-};
-
-/// A rung of a ladder, and its swaps with the next one.
-struct RungCount {
-  double beta = 0;
-  std::uint64_t proposed = 0;
-  std::uint64_t accepted = 0;
-};
-
-/// Counters that grow while a chain runs.
-struct ChainCounters {
-  std::uint64_t iteration = 0;
-  std::uint64_t accepted = 0;
-  std::uint64_t samples = 0;
-  std::uint64_t simulations = 0;
-  std::uint64_t failed_simulations = 0;
-  double simulated_seconds = 0;      ///< [s] of the worlds' own time
+/// Counters that grow while a chain runs: those of the sampler's Chain, and those of whoever runs it.
+struct ChainCounters : ChainCounts {
   double run_seconds = 0;            ///< [s] for which the chain has been stepped
   double iterations_per_second = 0;  ///< over the last seconds in which it ran
-  std::vector<KernelCount> kernels;
   std::optional<std::uint64_t> first_sample_iteration;
   std::optional<double> first_sample_seconds;  ///< run_seconds at the first sample
-  bool is_learning = false;                    ///< what it finds meanwhile is no part of any estimate
-  double skipped_seconds = 0;                  ///< [s] of the worlds' own time that was not stepped
-  OddsTally odds;
-  std::vector<RungCount> rungs;             ///< from the prior up; empty without a ladder
-  std::optional<double> effective_samples;  ///< as judged last
+  std::optional<double> effective_samples;     ///< as judged last
 };
 
 struct ChainRecord {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sampler/check.h"
+#include "sampler/methods.h"
 #include "sampler/walk.h"
 
 namespace retake {
@@ -14,51 +15,18 @@ constexpr std::uint32_t kCheckpointVersion = 3;
 
 }  // namespace
 
-std::string_view to_string(Method method) {
-  switch (method) {
-    case Method::metropolis:
-      return "metropolis";
-    case Method::rejection:
-      return "rejection";
-    case Method::conditional:
-      return "conditional";
-    case Method::tempering:
-      return "tempering";
-  }
-  return "";
-}
-
-std::optional<Method> method_from(std::string_view name) {
-  for (const Method method : {Method::metropolis, Method::rejection, Method::conditional, Method::tempering})
-    if (to_string(method) == name) return method;
-  return std::nullopt;
-}
-
-std::string_view to_string(Ratios ratios) {
-  return ratios == Ratios::exact ? "exact" : "paper";
-}
-
-std::optional<Ratios> ratios_from(std::string_view name) {
-  for (const Ratios ratios : {Ratios::exact, Ratios::paper})
-    if (to_string(ratios) == name) return ratios;
-  return std::nullopt;
-}
-
 Chain::Chain(std::shared_ptr<const Target> target, const ChainSettings& settings)
     : target_(std::move(target)),
       settings_(std::make_unique<const ChainSettings>(settings)),
       counts_(std::make_unique<ChainCounts>()) {
-  counts_->kernels.resize(kernel_names().size());
-  walk_ = Walk::make(*target_, *settings_, *counts_);
+  for (std::string& name : kernel_names(*target_, settings_->method))
+    counts_->kernels.push_back({.name = std::move(name)});
+  walk_ = make_walk(*target_, *settings_, *counts_);
 }
 
 Chain::~Chain() = default;
 Chain::Chain(Chain&&) noexcept = default;
 Chain& Chain::operator=(Chain&&) noexcept = default;
-
-std::vector<std::string> Chain::kernel_names() const {
-  return Walk::kernel_names(*target_, settings_->method);
-}
 
 bool Chain::step(Simulator& simulator) {
   if (counts_->iteration == 0) walk_->start(simulator);
@@ -93,13 +61,7 @@ std::string Chain::checkpoint() const {
   out.put(settings_->seed);
   out.put(settings_->index);
   out.put(static_cast<std::uint8_t>(settings_->method));
-  out.put(counts.iteration);
-  out.put(counts.accepted);
-  out.put(counts.samples);
-  out.put(counts.simulations);
-  out.put(counts.failed_simulations);
-  out.put(counts.simulated_seconds);
-  out.put(counts.skipped_seconds);
+  visit_counters(counts, [&](const char*, auto value) { out.put(value); });
   out.put(static_cast<std::uint32_t>(counts.kernels.size()));
   for (const KernelCounter& kernel : counts.kernels) {
     out.put(kernel.proposed);
@@ -131,13 +93,7 @@ Chain::Chain(std::shared_ptr<const Target> target, const ChainSettings& settings
     if (in.get<std::uint64_t>() != settings.seed || in.get<std::uint32_t>() != settings.index ||
         in.get<std::uint8_t>() != static_cast<std::uint8_t>(settings.method))
       throw std::out_of_range("it belongs to a chain with other settings");
-    counts.iteration = in.get<std::uint64_t>();
-    counts.accepted = in.get<std::uint64_t>();
-    counts.samples = in.get<std::uint64_t>();
-    counts.simulations = in.get<std::uint64_t>();
-    counts.failed_simulations = in.get<std::uint64_t>();
-    counts.simulated_seconds = in.get<double>();
-    counts.skipped_seconds = in.get<double>();
+    visit_counters(counts, [&]<typename Value>(const char*, Value& value) { value = in.get<Value>(); });
     if (in.get<std::uint32_t>() != counts.kernels.size()) throw std::out_of_range("other kernels");
     for (KernelCounter& kernel : counts.kernels) {
       kernel.proposed = in.get<std::uint64_t>();

@@ -6,12 +6,12 @@
 #include <limits>
 #include <memory>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "sampler/bytes.h"
-#include "sampler/chain.h"
 #include "sampler/guide.h"
+#include "sampler/simulator.h"
+#include "sampler/stay.h"
+#include "sampler/target.h"
 
 namespace retake {
 
@@ -26,9 +26,6 @@ struct Walker {
 
 class Walk {
  public:
-  /// The method that the settings name. Requires: target, settings and counts outlive it.
-  static std::unique_ptr<Walk> make(const Target& target, const ChainSettings& settings, ChainCounts& counts);
-  static std::vector<std::string> kernel_names(const Target& target, Method method);
   virtual ~Walk() = default;
 
   /// Before the first iteration. Throws: std::runtime_error if the prior never draws a State within its

@@ -4,15 +4,12 @@
 #include <algorithm>
 #include <utility>
 
-#include "sampler/check.h"
-
 namespace retake {
 namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kLongestTitle = 200;    // characters; chosen: fits a heading
-constexpr std::size_t kMostConstraints = 32;  // chosen: more than any scene needs
+constexpr std::size_t kLongestTitle = 200;  // characters; chosen: fits a heading
 
 std::string read_title(const json& document, std::string_view fallback, std::vector<Fault>& faults) {
   const auto given = document.find("title");
@@ -30,25 +27,6 @@ std::string read_title(const json& document, std::string_view fallback, std::vec
   else if (std::any_of(title.begin(), title.end(), is_control))
     faults.push_back({"/title", "must not hold control characters"});
   return title;
-}
-
-/// The kind of term that a constraint names; null, and a fault, if it names none.
-const TermKind* read_kind(const World& world, const json& constraint, const std::string& pointer,
-                          std::vector<Fault>& faults) {
-  if (!constraint.is_object()) {
-    faults.push_back({pointer, "expected an object, got " + std::string(constraint.type_name())});
-    return nullptr;
-  }
-  std::vector<std::string> offered;
-  const auto given = constraint.find("kind");
-  for (const TermKind& kind : world.term_kinds()) {
-    if (given != constraint.end() && *given == kind.kind) return &kind;
-    offered.push_back(kind.kind);
-  }
-  faults.push_back({append_pointer(pointer, "kind"),
-                    std::string(given == constraint.end() ? "is required" : "is not a kind of this world") +
-                        "; " + std::string(world.name()) + " offers " + list_of_names(offered)});
-  return nullptr;
 }
 
 /// Makes names unique: a second "miss" becomes "miss_2".
@@ -103,30 +81,11 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
   const bool model_is_sound = faults.size() == faults_before;
 
   // The constraint terms.
-  json filled = json::array();
-  const auto given = document.find("constraints");
-  if (given == document.end()) {
+  if (const auto given = document.find("constraints"); given == document.end())
     faults.push_back({"/constraints", "is required; [] samples the prior"});
-  } else if (!given->is_array()) {
-    faults.push_back({"/constraints", "expected an array, got " + std::string(given->type_name())});
-  } else if (given->size() > kMostConstraints) {
-    faults.push_back({"/constraints", "at most " + std::to_string(kMostConstraints) + " are allowed"});
-  } else {
-    for (std::size_t i = 0; i < given->size(); ++i) {
-      const std::string pointer = append_pointer("/constraints", i);
-      json term = (*given)[i];
-      const TermKind* kind = read_kind(*world, term, pointer, faults);
-      if (!kind) continue;
-      const std::size_t term_faults_before = faults.size();
-      if (kind->fit && model_is_sound) kind->fit(term, model, pointer, faults);
-      const Parameters parameters = kind->parameters.read(term, pointer, faults, {"kind"});
-      if (model_is_sound && faults.size() == term_faults_before)
-        scenario->terms_.push_back(kind->make(parameters, model, pointer, faults));
-      json constraint = parameters.document();
-      constraint["kind"] = kind->kind;
-      filled.push_back(std::move(constraint));
-    }
-  }
+  else
+    scenario->judge_ = Judge::read({.name = world->name(), .kinds = world->term_kinds()}, *given,
+                                   model_is_sound ? &model : nullptr, "/constraints", faults);
   if (!faults.empty()) throw InvalidRequest(std::move(faults));
 
   // What chains need.
@@ -134,22 +93,16 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
                          {"world_version", world->version()},
                          {"title", scenario->title_},
                          {"model", model.document()},
-                         {"constraints", std::move(filled)}};
+                         {"constraints", scenario->judge_.document()}};
   Target target{.model = scenario->scene_->model(),
                 .kernels = scenario->scene_->kernels(Ratios::exact),
                 .measure_names = {},
-                .least_satisfied = 0,
+                .least_satisfied = scenario->judge_.least_when_satisfied(),
                 .learned = scenario->scene_->learned()};
   add_measures(scenario->measures_, scenario->scene_->measures());
-  for (const auto& term : scenario->terms_) {
-    const std::vector<Measure> measures_of_term = term->measures();
-    scenario->term_measure_counts_.push_back(measures_of_term.size());
-    add_measures(scenario->measures_, measures_of_term);
-    scenario->terms_read_frames_ |= term->reads_frames();
-    target.least_satisfied += term->least_when_satisfied();
-  }
-  target.guide = scenario->scene_->guide(scenario->terms_);
-  target.placed = scenario->scene_->placed(scenario->terms_);
+  add_measures(scenario->measures_, scenario->judge_.measures());
+  target.guide = scenario->scene_->guide(scenario->judge_.terms());
+  target.placed = scenario->scene_->placed(scenario->judge_.terms());
   for (const Measure& measure : scenario->measures_)
     target.measure_names.push_back(measure.name);
   if (target.guide && !target.guide->soft_kernels().rows().empty())
@@ -172,8 +125,8 @@ Scenario::Performer::Performer(const Scenario& scenario)
 
 SimulationOutcome Scenario::Performer::simulate(const State& candidate, const SimulationRequest& request,
                                                 Score& score) {
-  const Recording recording{.frames = scenario_.terms_read_frames_,
-                            .terms = scenario_.terms_,
+  const Recording recording{.frames = scenario_.judge_.reads_frames(),
+                            .terms = scenario_.judge_.terms(),
                             .needed = request.needed,
                             .current_state = request.current_state,
                             .current_run = request.current_run,
@@ -181,7 +134,7 @@ SimulationOutcome Scenario::Performer::simulate(const State& candidate, const Si
                             .watch = request.watch};
   const SimulationOutcome outcome =
       physics_->simulate(candidate, recording, scored_, std::span(score.measures).first(physics_measures_));
-  if (outcome.end == SimulationEnd::complete) score_terms(scored_, score);
+  if (outcome.end == SimulationEnd::complete) judge(scored_, score);
   return outcome;
 }
 
@@ -192,25 +145,17 @@ Scenario::Performer::Take Scenario::Performer::perform(const State& state) {
       state, {.frames = true}, recorded_, std::span(take.score.measures).first(physics_measures_));
   take.complete = outcome.end == SimulationEnd::complete;
   if (!take.complete) return take;
-  score_terms(recorded_, take.score);
-  for (const auto& term : scenario_.terms_)
-    for (Body& marker : term->markers(recorded_))
-      recorded_.bodies.push_back(std::move(marker));
+  judge(recorded_, take.score);
+  for (Body& marker : scenario_.judge_.markers(recorded_))
+    recorded_.bodies.push_back(std::move(marker));
   return take;
 }
 
-void Scenario::Performer::score_terms(const Animation& animation, Score& score) const {
-  score.log_constraint = 0;
-  score.satisfied = true;
-  std::span<double> rest = std::span(score.measures).subspan(physics_measures_);
-  for (std::size_t i = 0; i < scenario_.terms_.size(); ++i) {
-    const std::size_t measures = scenario_.term_measure_counts_[i];
-    const TermScore said = scenario_.terms_[i]->score(animation, rest.first(measures));
-    CHECK(said.log_density <= 0, said.log_density);
-    score.log_constraint += said.log_density;
-    score.satisfied &= said.satisfied;
-    rest = rest.subspan(measures);
-  }
+void Scenario::Performer::judge(const Animation& animation, Score& score) const {
+  const TermScore said =
+      scenario_.judge_.score(animation, std::span(score.measures).subspan(physics_measures_));
+  score.log_constraint = said.log_density;
+  score.satisfied = said.satisfied;
 }
 
 }  // namespace retake

@@ -8,7 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sampler/chain.h"
+#include "sampler/target.h"
+#include "worlds/judge.h"
 #include "worlds/world.h"
 
 namespace retake {
@@ -33,6 +34,8 @@ class Scenario {
   }
   /// Of the scene and then of every term; their names are unique.
   const std::vector<Measure>& measures() const { return measures_; }
+  /// The constraint terms, which judge any animation of this world.
+  const Judge& judge() const { return judge_; }
   /// A simulator for one thread. Requires: the scenario outlives it.
   class Performer;
   std::unique_ptr<Performer> make_performer() const;
@@ -43,10 +46,8 @@ class Scenario {
   std::string title_;
   nlohmann::json document_;
   std::shared_ptr<const Scene> scene_;
-  Terms terms_;
+  Judge judge_;
   std::vector<Measure> measures_;
-  std::vector<std::size_t> term_measure_counts_;
-  bool terms_read_frames_ = false;
   std::shared_ptr<const Target> exact_;
   std::shared_ptr<const Target> paper_;
 };
@@ -68,7 +69,7 @@ class Scenario::Performer final : public Simulator {
   Take perform(const State& state);
 
  private:
-  void score_terms(const Animation& animation, Score& score) const;
+  void judge(const Animation& animation, Score& score) const;
   const Scenario& scenario_;
   std::unique_ptr<Physics> physics_;
   std::size_t physics_measures_;

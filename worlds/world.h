@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
-#include "sampler/chain.h"
 #include "sampler/kernel.h"
 #include "sampler/model.h"
 #include "sampler/placed_redraw.h"
 #include "sampler/simulator.h"
+#include "sampler/target.h"
 #include "worlds/animation.h"
 #include "worlds/measure.h"
 #include "worlds/parameters.h"

@@ -2,18 +2,33 @@
 // Realises DESIGN section 5.
 #include "db/sqlite/chain_rows.h"
 
+#include <string>
+#include <string_view>
+
 #include "db/sqlite/sample_rows.h"
 #include "db/sqlite/scenario_rows.h"
 
 namespace retake::database {
 namespace {
 
-#define CHAIN_COLUMNS                                                                                       \
-  "SELECT chain.row, chain.id, scenario.id, position, seed, method, ratios, settings, state, stop_samples," \
-  " stop_iterations, stop_seconds, iteration, accepted, samples, simulations, failed_simulations,"          \
-  " simulated_seconds, run_seconds, iterations_per_second, first_sample_iteration, first_sample_seconds,"   \
-  " ended_by, error, chain.created_at, stop_ess, is_learning, skipped_seconds, "                            \
-  "effective_samples, " ODDS_COLUMNS " "
+/// "name<after>, name<after>, ..." of the counters that are one number each.
+std::string counter_columns(std::string_view after = "") {
+  std::string columns;
+  visit_counters(ChainCounts{}, [&](std::string_view name, auto) {
+    columns.append(columns.empty() ? "" : ", ").append(name).append(after);
+  });
+  return columns;
+}
+
+/// A statement whose rows read_chain reads.
+std::string select_chains(std::string_view from) {
+  return "SELECT chain.row, chain.id, scenario.id, position, seed, method, ratios, settings, state,"
+         " stop_samples, stop_iterations, stop_seconds, stop_ess, " +
+         counter_columns() +
+         ", run_seconds, iterations_per_second, first_sample_iteration, first_sample_seconds,"
+         " effective_samples, is_learning, ended_by, error, chain.created_at, " ODDS_COLUMNS " " +
+         std::string(from);
+}
 
 ChainRecord read_chain(Connection& connection, Query& query) {
   ChainRecord record;
@@ -29,33 +44,28 @@ ChainRecord read_chain(Connection& connection, Query& query) {
   record.stop.samples = query.optional<std::uint64_t>();
   record.stop.iterations = query.optional<std::uint64_t>();
   record.stop.seconds = query.optional<double>();
-  record.counters.iteration = query.count();
-  record.counters.accepted = query.count();
-  record.counters.samples = query.count();
-  record.counters.simulations = query.count();
-  record.counters.failed_simulations = query.count();
-  record.counters.simulated_seconds = query.real();
-  record.counters.run_seconds = query.real();
-  record.counters.iterations_per_second = query.real();
-  record.counters.first_sample_iteration = query.optional<std::uint64_t>();
-  record.counters.first_sample_seconds = query.optional<double>();
+  record.stop.ess = query.optional<std::uint64_t>();
+  ChainCounters& counters = record.counters;
+  visit_counters(counters, [&]<typename Value>(const char*, Value& value) { value = query.number<Value>(); });
+  counters.run_seconds = query.real();
+  counters.iterations_per_second = query.real();
+  counters.first_sample_iteration = query.optional<std::uint64_t>();
+  counters.first_sample_seconds = query.optional<double>();
+  counters.effective_samples = query.optional<double>();
+  counters.is_learning = query.integer() != 0;
   record.ended_by = query.text();
   record.error = query.text();
   record.created_at = query.integer();
-  record.stop.ess = query.optional<std::uint64_t>();
-  record.counters.is_learning = query.integer() != 0;
-  record.counters.skipped_seconds = query.real();
-  record.counters.effective_samples = query.optional<double>();
-  record.counters.odds = read_odds(query);
+  counters.odds = read_odds(query);
 
   Query kernels(connection,
                 "SELECT name, proposed, accepted FROM chain_kernel WHERE chain = ? ORDER BY position", row);
   while (kernels.next())
-    record.counters.kernels.push_back({kernels.text(), kernels.count(), kernels.count()});
+    counters.kernels.push_back({kernels.text(), kernels.count(), kernels.count()});
   Query rungs(connection, "SELECT beta, proposed, accepted FROM chain_rung WHERE chain = ? ORDER BY position",
               row);
   while (rungs.next())
-    record.counters.rungs.push_back({rungs.real(), rungs.count(), rungs.count()});
+    counters.rungs.push_back({rungs.real(), rungs.count(), rungs.count()});
   return record;
 }
 
@@ -66,7 +76,7 @@ std::vector<ChainRecord> read_chains(Connection& connection, Query& query) {
   return records;
 }
 
-void write_kernels(Connection& connection, std::int64_t chain, const std::vector<KernelCount>& kernels) {
+void write_kernels(Connection& connection, std::int64_t chain, const std::vector<KernelCounter>& kernels) {
   std::int64_t position = 0;
   for (const auto& kernel : kernels) {
     run(connection,
@@ -77,7 +87,7 @@ void write_kernels(Connection& connection, std::int64_t chain, const std::vector
   run(connection, "DELETE FROM chain_kernel WHERE chain = ? AND position >= ?", chain, position);
 }
 
-void write_rungs(Connection& connection, std::int64_t chain, const std::vector<RungCount>& rungs) {
+void write_rungs(Connection& connection, std::int64_t chain, const std::vector<RungCounter>& rungs) {
   std::int64_t position = 0;
   for (const auto& rung : rungs) {
     run(connection,
@@ -89,18 +99,18 @@ void write_rungs(Connection& connection, std::int64_t chain, const std::vector<R
 }
 
 void write_counters(Connection& connection, std::int64_t chain, const ChainCounters& counters) {
-  run(connection,
-      "UPDATE chain SET iteration = ?, accepted = ?, samples = ?, simulations = ?, failed_simulations = ?,"
-      " simulated_seconds = ?, run_seconds = ?, iterations_per_second = ?, first_sample_iteration = ?,"
-      " first_sample_seconds = ?, is_learning = ?, skipped_seconds = ?, effective_samples = ?,"
-      " odds_basis = ?, odds_draws = ?, odds_hits = ?, odds_sum = ?, odds_squares = ?, odds_largest = ?"
-      " WHERE row = ?",
-      counters.iteration, counters.accepted, counters.samples, counters.simulations,
-      counters.failed_simulations, counters.simulated_seconds, counters.run_seconds,
-      counters.iterations_per_second, counters.first_sample_iteration, counters.first_sample_seconds,
-      counters.is_learning ? 1 : 0, counters.skipped_seconds, counters.effective_samples,
-      to_string(counters.odds.basis), counters.odds.draws, counters.odds.hits, counters.odds.sum,
-      counters.odds.squares, counters.odds.largest, chain);
+  static const std::string sql =
+      "UPDATE chain SET " + counter_columns(" = ?") +
+      ", run_seconds = ?, iterations_per_second = ?, first_sample_iteration = ?, first_sample_seconds = ?,"
+      " effective_samples = ?, is_learning = ?, odds_basis = ?, odds_draws = ?, odds_hits = ?, odds_sum = ?,"
+      " odds_squares = ?, odds_largest = ? WHERE row = ?";
+  Query query(connection, sql);
+  visit_counters(counters, [&](const char*, auto value) { query.bind(value); });
+  query.bind_all(counters.run_seconds, counters.iterations_per_second, counters.first_sample_iteration,
+                 counters.first_sample_seconds, counters.effective_samples, counters.is_learning ? 1 : 0,
+                 to_string(counters.odds.basis), counters.odds.draws, counters.odds.hits, counters.odds.sum,
+                 counters.odds.squares, counters.odds.largest, chain);
+  query.next();
   write_kernels(connection, chain, counters.kernels);
   write_rungs(connection, chain, counters.rungs);
 }
@@ -108,19 +118,18 @@ void write_counters(Connection& connection, std::int64_t chain, const ChainCount
 }  // namespace
 
 std::optional<ChainRecord> load_chain(Connection& connection, std::string_view id) {
-  Query query(
-      connection,
-      CHAIN_COLUMNS "FROM chain CROSS JOIN scenario ON scenario.row = chain.scenario WHERE chain.id = ?", id);
+  static const std::string sql =
+      select_chains("FROM chain CROSS JOIN scenario ON scenario.row = chain.scenario WHERE chain.id = ?");
+  Query query(connection, sql, id);
   if (!query.next()) return std::nullopt;
   return read_chain(connection, query);
 }
 
 std::vector<ChainRecord> load_chains(Connection& connection, std::string_view scenario) {
-  Query query(connection,
-              CHAIN_COLUMNS
-              "FROM scenario CROSS JOIN chain INDEXED BY chain_by_scenario ON chain.scenario = scenario.row"
-              " WHERE scenario.id = ? ORDER BY chain.row",
-              scenario);
+  static const std::string sql = select_chains(
+      "FROM scenario CROSS JOIN chain INDEXED BY chain_by_scenario ON chain.scenario = scenario.row"
+      " WHERE scenario.id = ? ORDER BY chain.row");
+  Query query(connection, sql, scenario);
   return read_chains(connection, query);
 }
 
@@ -129,11 +138,10 @@ std::vector<ChainRecord> load_chains_in_states(Connection& connection,
   const auto name = [&](std::size_t index) {
     return index < states.size() ? std::optional(to_string(states[index])) : std::nullopt;
   };
-  Query query(connection,
-              CHAIN_COLUMNS
-              "FROM chain INDEXED BY chain_by_state CROSS JOIN scenario ON scenario.row = chain.scenario"
-              " WHERE state IN (?, ?, ?, ?, ?) AND chain.id IS NOT NULL ORDER BY chain.row",
-              name(0), name(1), name(2), name(3), name(4));
+  static const std::string sql = select_chains(
+      "FROM chain INDEXED BY chain_by_state CROSS JOIN scenario ON scenario.row = chain.scenario"
+      " WHERE state IN (?, ?, ?, ?, ?) AND chain.id IS NOT NULL ORDER BY chain.row");
+  Query query(connection, sql, name(0), name(1), name(2), name(3), name(4));
   return read_chains(connection, query);
 }
 

@@ -93,40 +93,17 @@ class Query {
   Query(Connection& connection, std::string_view sql);
   template <typename... Values>
   Query(Connection& connection, std::string_view sql, const Values&... values) : Query(connection, sql) {
-    (bind(values), ...);
+    bind_all(values...);
   }
   ~Query();
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;
 
-  /// Moves to the next row. False: there is none.
-  bool next();
-
-  std::int64_t integer();
-  std::uint64_t count() { return static_cast<std::uint64_t>(integer()); }
-  double real();
-  std::string text();  ///< of a text or of a blob
-  bool is_null() const;
-  template <typename Value>
-  std::optional<Value> optional() {
-    if (is_null()) {
-      ++column_;
-      return std::nullopt;
-    }
-    if constexpr (std::floating_point<Value>) {
-      return real();
-    } else {
-      return static_cast<Value>(integer());
-    }
-  }
-
- private:
+  /// Binds the next parameter; before the first row.
   void bind(std::string_view text);
   void bind(const Blob& blob);
   void bind(double value);
   void bind(std::nullopt_t);
-  void bind_signed(std::int64_t value);
-  void bind_unsigned(std::uint64_t value);
   template <std::integral Value>
   void bind(Value value) {
     if constexpr (std::signed_integral<Value>) {
@@ -143,6 +120,41 @@ class Query {
       bind(std::nullopt);
     }
   }
+
+  template <typename... Values>
+  void bind_all(const Values&... values) {
+    (bind(values), ...);
+  }
+
+  /// Moves to the next row. False: there is none.
+  bool next();
+
+  std::int64_t integer();
+  std::uint64_t count() { return static_cast<std::uint64_t>(integer()); }
+  double real();
+  std::string text();  ///< of a text or of a blob
+  bool is_null() const;
+  /// A column that holds a `Value`, a number.
+  template <typename Value>
+  Value number() {
+    if constexpr (std::floating_point<Value>) {
+      return real();
+    } else {
+      return static_cast<Value>(integer());
+    }
+  }
+  template <typename Value>
+  std::optional<Value> optional() {
+    if (is_null()) {
+      ++column_;
+      return std::nullopt;
+    }
+    return number<Value>();
+  }
+
+ private:
+  void bind_signed(std::int64_t value);
+  void bind_unsigned(std::uint64_t value);
 
   Connection& connection_;
   Connection::Statements::node_type statement_;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "db/store.h"
+#include "db/errors.h"
 
 namespace retake::database {
 namespace {

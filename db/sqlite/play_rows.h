@@ -5,9 +5,10 @@
 #include <optional>
 #include <string_view>
 
+#include "db/errors.h"
+#include "db/records.h"
 #include "db/sqlite/connection.h"
 #include "db/sqlite/player_frontiers.h"
-#include "db/store.h"
 
 namespace retake::database {
 

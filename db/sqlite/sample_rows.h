@@ -9,8 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include "db/page.h"
+#include "db/records.h"
 #include "db/sqlite/connection.h"
-#include "db/store.h"
 
 namespace retake::database {
 

@@ -105,7 +105,7 @@ std::uint64_t count_samples(Connection& connection, std::string_view scenario) {
   return query.next() ? query.count() : 0;
 }
 
-Store::AddedScenario insert_scenario(Connection& connection, const ScenarioRecord& record) {
+AddedScenario insert_scenario(Connection& connection, const ScenarioRecord& record) {
   if (auto present = load_scenario(connection, record.id)) return {*std::move(present), false};
   run(connection,
       "INSERT INTO scenario (id, world, world_version, title, document, created_at) VALUES (?, ?, ?, ?, ?, "

@@ -9,8 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include "db/page.h"
+#include "db/records.h"
 #include "db/sqlite/connection.h"
-#include "db/store.h"
 
 namespace retake::database {
 
@@ -26,7 +27,7 @@ std::optional<ScenarioRecord> load_scenario(Connection& connection, std::string_
 Page<ScenarioRecord> load_scenarios(Connection& connection, std::size_t limit, std::string_view cursor);
 std::uint64_t count_samples(Connection& connection, std::string_view scenario);
 
-Store::AddedScenario insert_scenario(Connection& connection, const ScenarioRecord& record);
+AddedScenario insert_scenario(Connection& connection, const ScenarioRecord& record);
 
 std::vector<std::string> load_scenarios_without_pilot(Connection& connection);
 /// False: there is no such scenario.

@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <unistd.h>
 
+#include "db/errors.h"
 #include "db/sqlite/schema.h"
-#include "db/store.h"
 
 namespace retake::database {
 namespace {

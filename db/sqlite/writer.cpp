@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "db/store.h"
+#include "db/errors.h"
 
 namespace retake::database {
 namespace {

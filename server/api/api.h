@@ -7,6 +7,7 @@
 #include "server/chains/pilot.h"
 #include "server/chains/runner.h"
 #include "server/chains/scenario_library.h"
+#include "server/http/problem.h"
 #include "server/http/server.h"
 
 namespace retake {
@@ -48,6 +49,11 @@ void add_all_routes(HttpServer& server, Api& api);
 
 /// A 404 that names what is missing.
 HttpProblem not_found(std::string_view kind, std::string_view id);
+
+/// The compiled scenario of that id; it belongs to the `kind` of thing `name` that a client asked for.
+/// Throws: HttpProblem, 404 if there is none, 409 if its world has another version here.
+std::shared_ptr<const Scenario> find_scenario(Api& api, std::string_view id, std::string_view kind,
+                                              std::string_view name);
 
 /// A listing from the store; a cursor that it did not hand out is a 400.
 template <typename List>

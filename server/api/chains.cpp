@@ -34,8 +34,7 @@ std::vector<ChainRecord> read_chains(const Api& api, const Scenario& scenario, s
   const std::uint64_t count = fields.integer("count", 1, api.limits.most_chains_per_request).value_or(1);
   const auto seed = fields.integer("seed", 0, kLargestSeed);
   const auto method = fields.choice("method", method_names());
-  const auto ratios =
-      fields.choice("ratios", {std::string(to_string(Ratios::exact)), std::string(to_string(Ratios::paper))});
+  const auto ratios = fields.choice("ratios", ratios_names());
   BodyFields stop_fields = fields.object("stop");
   StopRule stop;
   stop.samples = stop_fields.integer("samples", 1, kLargestCount);
@@ -75,6 +74,9 @@ void add_control(HttpServer& server, Api& api, const std::string& verb,
       return json_response(chain_json(*record));
     } catch (const Runner::WrongState& refusal) {
       throw HttpProblem(409, "chain-ended", "The chain has ended", refusal.what());
+    } catch (const OtherVersion& reason) {
+      throw HttpProblem(409, "other-world-version", "The scenario's world has another version here",
+                        "Chain " + id + " cannot go on: " + reason.what() + ".");
     }
   });
 }
@@ -98,8 +100,7 @@ void add_chain_routes(HttpServer& server, Api& api) {
   server.route("POST", "/v1/scenarios/{id}/chains", [&api](const HttpRequest& request) {
     QueryFields(request).finish();
     const std::string& id = request.path_values.at("id");
-    const auto scenario = api.scenarios.find(id);
-    if (!scenario) throw not_found("scenario", id);
+    const auto scenario = find_scenario(api, id, "scenario", id);
     const std::vector<ChainRecord> records = read_chains(api, *scenario, id, request.body);
     if (api.runner.counters().live_chains + records.size() > api.limits.most_live_chains)
       throw HttpProblem(429, "too-many-chains", "Too many chains are running",
@@ -136,8 +137,8 @@ void add_chain_routes(HttpServer& server, Api& api) {
     query.finish();
     const std::string& id = request.path_values.at("id");
     const auto record = api.store.chain(id);
-    const auto scenario = record ? api.scenarios.find(record->scenario) : nullptr;
-    if (!scenario) throw not_found("chain", id);
+    if (!record) throw not_found("chain", id);
+    const auto scenario = find_scenario(api, record->scenario, "chain", id);
     const Trace trace(scenario->measures(), api.store.trace(id));
     return json_response(trace_json(trace, scenario->measures(), points));
   });

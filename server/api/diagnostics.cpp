@@ -22,9 +22,9 @@ void add_diagnostics_routes(HttpServer& server, Api& api) {
   server.route("GET", "/v1/scenarios/{id}/diagnostics", [&api](const HttpRequest& request) {
     QueryFields(request).finish();
     const std::string& id = request.path_values.at("id");
-    const auto scenario = api.scenarios.find(id);
+    const auto scenario = find_scenario(api, id, "scenario", id);
     const auto record = api.store.scenario(id);
-    if (!scenario || !record) throw not_found("scenario", id);
+    if (!record) throw not_found("scenario", id);
     const std::vector<ChainRecord> chains = api.store.chains(id);
     std::vector<std::vector<DrawRecord>> draws(chains.size());
     const std::size_t looked_at = std::min(chains.size(), kMostChains);

@@ -26,6 +26,7 @@ void refill(Api& api, std::mutex& one_at_a_time, const std::string& scenario_id,
   const std::lock_guard lock(one_at_a_time);
   const auto record = api.store.scenario(scenario_id);
   if (!record || record->running > 0 || record->samples >= api.limits.most_samples_per_scenario) return;
+  if (!api.scenarios.runs(scenario_id)) return;
   const auto scenario = api.scenarios.find(scenario_id);
   if (!scenario) return;
   StopRule stop;
@@ -78,13 +79,12 @@ void add_play_routes(HttpServer& server, Api& api) {
                  {"repeat", play->repeat},
                  {"remaining", play->remaining}};
     if (include) {
-      const auto scenario = api.scenarios.find(id);
+      const auto scenario = api.store.scenario(id);
       const auto bytes = api.store.sample_animation(play->sample.id);
       if (!scenario || !bytes) throw not_found("scenario", id);
       const Animation animation = decode_animation(*bytes);
       view["keyframes"] = keyframes_json(
-          animation, keyframe_head(animation, play->sample.id, std::string(scenario->world().name()),
-                                   scenario->world().version()));
+          animation, keyframe_head(animation, play->sample.id, scenario->world, scenario->world_version));
     }
     return json_response(view, 201);
   });

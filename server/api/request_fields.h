@@ -11,7 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/http/server.h"
+#include "server/http/message.h"
 
 namespace retake {
 

@@ -5,7 +5,7 @@
 #include "server/api/api.h"
 #include "server/api/request_fields.h"
 #include "server/api/views.h"
-#include "worlds/formats/keyframes.h"
+#include "worlds/formats/formats.h"
 #include "worlds/formats/recorded.h"
 
 namespace retake {
@@ -66,38 +66,42 @@ void add_sample_routes(HttpServer& server, Api& api) {
     QueryFields(request).finish();
     const std::string& id = request.path_values.at("id");
     const SampleRecord record = find_sample(api, id);
-    const auto scenario = api.scenarios.find(record.scenario);
-    if (!scenario) throw not_found("sample", id);
-    const State state = decode(id, api.store.sample_state(id), decode_state);
+    const bool runs = api.scenarios.runs(record.scenario);
     json view = sample_json(record);
-    view["variables"] = variables_json(scenario->model(), state);
+    view["verifiable"] = runs;
+    if (runs) {
+      const auto scenario = find_scenario(api, record.scenario, "sample", id);
+      const State state = decode(id, api.store.sample_state(id), decode_state);
+      view["variables"] = variables_json(scenario->model(), state);
+    }
     return json_response(view);
   });
 
-  server.route("GET", "/v1/samples/{id}/keyframes", [&api](const HttpRequest& request) {
-    QueryFields query(request);
-    const std::uint64_t rate = query.integer("rate", 1, api.limits.most_frame_rate, 0);
-    query.finish();
-    const std::string& id = request.path_values.at("id");
-    const SampleRecord record = find_sample(api, id);
-    const auto scenario = api.store.scenario(record.scenario);
-    if (!scenario) throw not_found("sample", id);
-    const Animation animation = decode(id, api.store.sample_animation(id), decode_animation);
-    HttpResponse response = json_response(
-        keyframes_json(animation, keyframe_head(animation, id, scenario->world, scenario->world_version),
-                       static_cast<double>(rate)));
-    response.etag = record.digest + "-" + std::to_string(rate);
-    response.cache_control = "public, max-age=31536000, immutable";
-    return response;
-  });
+  for (const Format& format : formats())
+    server.route("GET", "/v1/samples/{id}/" + std::string(format.name), [&](const HttpRequest& request) {
+      QueryFields query(request);
+      const std::uint64_t rate = query.integer("rate", 1, api.limits.most_frame_rate, 0);
+      query.finish();
+      const std::string& id = request.path_values.at("id");
+      const SampleRecord record = find_sample(api, id);
+      const auto scenario = api.store.scenario(record.scenario);
+      if (!scenario) throw not_found("sample", id);
+      const Animation animation = decode(id, api.store.sample_animation(id), decode_animation);
+      const KeyframeHead head = keyframe_head(animation, id, scenario->world, scenario->world_version);
+      HttpResponse response;
+      response.content_type = format.media_type;
+      response.body = format.write(animation, head, static_cast<double>(rate));
+      response.etag = record.digest + "-" + std::to_string(rate);
+      response.cache_control = "public, max-age=31536000, immutable";
+      return response;
+    });
 
   server.route("POST", "/v1/samples/{id}/verify", [&api](const HttpRequest& request) {
     QueryFields(request).finish();
     BodyFields::parse(request.body).finish();
     const std::string& id = request.path_values.at("id");
     const SampleRecord record = find_sample(api, id);
-    const auto scenario = api.scenarios.find(record.scenario);
-    if (!scenario) throw not_found("sample", id);
+    const auto scenario = find_scenario(api, record.scenario, "sample", id);
     const State state = decode(id, api.store.sample_state(id), decode_state);
     const auto performer = scenario->make_performer();
     const Scenario::Performer::Take take = performer->perform(state);

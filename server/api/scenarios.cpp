@@ -13,6 +13,18 @@ HttpProblem not_found(std::string_view kind, std::string_view id) {
                      "There is no " + std::string(kind) + " " + std::string(id) + ".");
 }
 
+std::shared_ptr<const Scenario> find_scenario(Api& api, std::string_view id, std::string_view kind,
+                                              std::string_view name) {
+  try {
+    if (auto scenario = api.scenarios.find(id)) return scenario;
+  } catch (const OtherVersion& reason) {
+    throw HttpProblem(409, "other-world-version", "The scenario's world has another version here",
+                      "Scenario " + std::string(id) + ": " + reason.what() +
+                          ". Its samples play on. Post its document again to sample this version.");
+  }
+  throw not_found(kind, name);
+}
+
 void add_world_routes(HttpServer& server, Api&) {
   // The worlds of a build do not change: the documents are made once.
   server.route("GET", "/v1/worlds", [](const HttpRequest& request) {
@@ -39,7 +51,7 @@ void add_scenario_routes(HttpServer& server, Api& api) {
   server.route("POST", "/v1/scenarios", [&api](const HttpRequest& request) {
     QueryFields(request).finish();
     const auto scenario = Scenario::read(parse_document(request.body));
-    const Store::AddedScenario added = api.store.add_scenario(new_scenario_record(*scenario));
+    const AddedScenario added = api.store.add_scenario(new_scenario_record(*scenario));
     if (added.created) {
       api.events.scenario_changed(added.scenario.id);
       api.pilot.add(added.scenario.id);

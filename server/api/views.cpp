@@ -8,28 +8,12 @@
 #include <iterator>
 #include <utility>
 
+#include "server/chains/measures.h"
+
 namespace retake {
 namespace {
 
 using nlohmann::json;
-
-/// JSON has no NaN and no infinity.
-json finite(double value) {
-  return std::isfinite(value) ? json(value) : json(nullptr);
-}
-
-json measure_json(Measure::Kind kind, double value) {
-  if (std::isnan(value)) return nullptr;
-  switch (kind) {
-    case Measure::Kind::flag:
-      return value != 0;
-    case Measure::Kind::integer_set:
-      return members_of(value);
-    case Measure::Kind::number:
-      break;
-  }
-  return finite(value);
-}
 
 void put(json& object, const char* key, const std::optional<std::uint64_t>& value) {
   if (value) object[key] = *value;
@@ -54,22 +38,17 @@ json parsed(const std::string& text) {
 
 }  // namespace
 
-json measures_json(const std::vector<Measure>& measures, std::span<const double> values) {
-  json view = json::object();
-  for (std::size_t i = 0; i < measures.size(); ++i) {
-    json value = measure_json(measures[i].kind, values[i]);
-    if (measures[i].list.empty())
-      view[measures[i].name] = std::move(value);
-    else
-      view[measures[i].list].push_back(std::move(value));
-  }
-  return view;
-}
-
 std::vector<std::string> method_names() {
   std::vector<std::string> names;
-  for (const Method method : {Method::rejection, Method::metropolis, Method::conditional, Method::tempering})
+  for (const Method method : kMethods)
     names.emplace_back(to_string(method));
+  return names;
+}
+
+std::vector<std::string> ratios_names() {
+  std::vector<std::string> names;
+  for (const Ratios ratios : kRatios)
+    names.emplace_back(to_string(ratios));
   return names;
 }
 
@@ -184,7 +163,7 @@ json diagnostics_json(const Health& health) {
 json chain_json(const ChainRecord& record) {
   const ChainCounters& counters = record.counters;
   json kernels = json::array();
-  for (const KernelCount& kernel : counters.kernels)
+  for (const KernelCounter& kernel : counters.kernels)
     kernels.push_back({{"name", kernel.name}, {"proposed", kernel.proposed}, {"accepted", kernel.accepted}});
   json view = {{"id", record.id},
                {"scenario", record.scenario},
@@ -194,13 +173,6 @@ json chain_json(const ChainRecord& record) {
                {"ratios", record.ratios},
                {"state", to_string(record.state)},
                {"stop", stop_json(record.stop)},
-               {"iteration", counters.iteration},
-               {"accepted", counters.accepted},
-               {"samples", counters.samples},
-               {"simulations", counters.simulations},
-               {"failed_simulations", counters.failed_simulations},
-               {"simulated_seconds", counters.simulated_seconds},
-               {"skipped_seconds", counters.skipped_seconds},
                {"phase", counters.is_learning ? "exploring" : "sampling"},
                {"effective_samples", optional_number(counters.effective_samples)},
                {"run_seconds", counters.run_seconds},
@@ -210,6 +182,7 @@ json chain_json(const ChainRecord& record) {
                {"ended_by", record.ended_by.empty() ? json(nullptr) : json(record.ended_by)},
                {"error", record.error.empty() ? json(nullptr) : json(record.error)},
                {"created_at", timestamp(record.created_at)}};
+  visit_counters(counters, [&](const char* name, auto value) { view[name] = value; });
   if (counters.first_sample_iteration)
     view["first_sample"] = {{"iteration", *counters.first_sample_iteration},
                             {"seconds", counters.first_sample_seconds.value_or(0)}};

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -19,12 +18,10 @@
 
 namespace retake {
 
-/// {name: value}: a number, true or false, or a list of integers in ascending order; null where a measure has
-/// no value. Requires: values.size() == measures.size().
-nlohmann::json measures_json(const std::vector<Measure>& measures, std::span<const double> values);
-
 /// Every method of sampling by its name, the simplest first.
 std::vector<std::string> method_names();
+/// Every kind of ratios by its name, the default first.
+std::vector<std::string> ratios_names();
 
 nlohmann::json world_json(const World& world);
 nlohmann::json scenario_json(const ScenarioRecord& record);

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "sampler/check.h"
-#include "server/api/views.h"
+#include "server/chains/measures.h"
 #include "worlds/formats/recorded.h"
 
 namespace retake {
@@ -171,25 +171,7 @@ void ChainRun::close_stay(Standing& standing, std::uint64_t weight) {
 void ChainRun::update_counters() {
   const ChainCounts& counts = chain_.counts();
   ChainCounters& counters = record_.counters;
-  counters.iteration = counts.iteration;
-  counters.accepted = counts.accepted;
-  counters.samples = counts.samples;
-  counters.simulations = counts.simulations;
-  counters.failed_simulations = counts.failed_simulations;
-  counters.simulated_seconds = counts.simulated_seconds;
-  counters.skipped_seconds = counts.skipped_seconds;
-  counters.is_learning = counts.is_learning;
-  counters.odds = counts.odds;
-  const std::vector<std::string> names = chain_.kernel_names();
-  CHECK(names.size() == counts.kernels.size(), names.size(), counts.kernels.size());
-  counters.kernels.clear();
-  for (std::size_t row = 0; row < names.size(); ++row)
-    counters.kernels.push_back({.name = names[row],
-                                .proposed = counts.kernels[row].proposed,
-                                .accepted = counts.kernels[row].accepted});
-  counters.rungs.clear();
-  for (const RungCounter& rung : counts.rungs)
-    counters.rungs.push_back({.beta = rung.beta, .proposed = rung.proposed, .accepted = rung.accepted});
+  static_cast<ChainCounts&>(counters) = counts;
   // Independent samples need no judgement.
   if (chain_.settings().method == Method::rejection)
     counters.effective_samples = static_cast<double>(counts.samples);

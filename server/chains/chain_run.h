@@ -19,6 +19,9 @@ namespace retake {
 /// The most effective samples that a stop rule may wish for. Chosen: two digits of every mean.
 inline constexpr std::uint64_t kMostEffectiveSamples = 1000;
 
+/// ChainRecord::ended_by of a chain whose world has another version than when it began.
+inline constexpr const char* kEndedByVersion = "world_version";
+
 /// Thread safety: one thread at a time, not always the same.
 class ChainRun {
  public:

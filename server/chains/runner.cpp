@@ -55,9 +55,19 @@ class Runner::Turn {
 // --- Chains come and go -------------------------------------------------------------------------
 
 void Runner::resume_stored() {
+  std::map<std::string, bool> has_world;  // by scenario
+  for (const ChainRecord& record : store_.chains_in_states({ChainState::paused, ChainState::failed})) {
+    const auto [known, is_new] = has_world.try_emplace(record.scenario, true);
+    if (is_new)
+      if (const auto scenario = store_.scenario(record.scenario)) known->second = has_world_of(*scenario);
+    if (!known->second) set_state(record.id, ChainState::finished, kEndedByVersion, record.error);
+  }
   for (const ChainRecord& record : store_.chains_in_states({ChainState::queued, ChainState::running})) {
     try {
       make_live(record);
+    } catch (const OtherVersion& reason) {
+      std::fprintf(stderr, "retake: chain %s is finished: %s\n", record.id.c_str(), reason.what());
+      set_state(record.id, ChainState::finished, kEndedByVersion, record.error);
     } catch (const std::runtime_error& error) {
       std::fprintf(stderr, "retake: chain %s cannot go on: %s\n", record.id.c_str(), error.what());
       set_state(record.id, ChainState::failed, "", error.what());

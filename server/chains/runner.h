@@ -42,7 +42,9 @@ class Runner {
   /// As drain().
   ~Runner();
 
-  /// Takes up every chain that the store says was running. Chains that cannot go on become failed.
+  /// Takes up every chain that the store says was running. Chains that cannot go on become failed. Those of a
+  /// world that has another version here are finished, paused ones too: what they found moves by other
+  /// physics.
   void resume_stored();
 
   /// Adds chains to the store and runs them. Throws: StoreError.

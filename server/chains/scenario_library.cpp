@@ -22,11 +22,17 @@ ScenarioRecord new_scenario_record(const Scenario& scenario) {
   return record;
 }
 
-std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record) {
+OtherVersion::OtherVersion(const ScenarioRecord& record)
+    : std::runtime_error("it was made for " + record.world + " version " +
+                         std::to_string(record.world_version) + ", which this program does not have") {}
+
+bool has_world_of(const ScenarioRecord& record) {
   const World* world = find_world(record.world);
-  if (!world || world->version() != record.world_version)
-    throw std::runtime_error("scenario " + record.id + " was made for " + record.world + " version " +
-                             std::to_string(record.world_version) + ", which this build does not have");
+  return world && world->version() == record.world_version;
+}
+
+std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record) {
+  if (!has_world_of(record)) throw OtherVersion(record);
   nlohmann::json document = nlohmann::json::parse(record.document);
   document.erase("world_version");
   try {
@@ -46,6 +52,14 @@ std::shared_ptr<const Scenario> ScenarioLibrary::find(std::string_view id) {
   auto scenario = compile_stored(*record);
   const std::lock_guard lock(mutex_);
   return compiled_.try_emplace(std::string(id), std::move(scenario)).first->second;
+}
+
+bool ScenarioLibrary::runs(std::string_view id) {
+  try {
+    return find(id) != nullptr;
+  } catch (const OtherVersion&) {
+    return false;
+  }
 }
 
 void ScenarioLibrary::forget(std::string_view id) {

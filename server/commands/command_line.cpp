@@ -12,9 +12,11 @@
 #include <CLI/CLI.hpp>
 
 #include "db/store.h"
-#include "sampler/chain.h"
+#include "sampler/target.h"
+#include "server/api/views.h"
 #include "server/chains/chain_run.h"
 #include "worlds/document.h"
+#include "worlds/parameters.h"
 
 namespace retake {
 namespace {
@@ -126,12 +128,12 @@ void CommandLine::add_sample() {
   command->add_option("--index", options.index, "Which chain of the seed")
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{std::numeric_limits<std::uint32_t>::max()}));
-  const std::string methods = "rejection, metropolis, conditional, tempering";
+  const std::string methods = list_of_names(method_names()), ratios = list_of_names(ratios_names());
   command->add_option("--method", options.method, methods + "; the world's default if absent")
       ->check(known(method_from, methods));
   command->add_option("--ratios", options.ratios, "exact, or paper for the published behaviour")
       ->capture_default_str()
-      ->check(known(ratios_from, "exact, paper"));
+      ->check(known(ratios_from, ratios));
   command->add_option("--iterations", options.iterations, "Give up after so many iterations")
       ->check(CLI::Range(std::uint64_t{1}, kLargestCount));
   command->add_option("--seconds", options.seconds, "Give up after so many seconds")

@@ -13,7 +13,7 @@
 #include "server/chains/identifiers.h"
 #include "server/chains/scenario_library.h"
 #include "server/commands/command_line.h"
-#include "worlds/formats/keyframes.h"
+#include "worlds/formats/formats.h"
 #include "worlds/formats/recorded.h"
 
 namespace retake {
@@ -40,8 +40,9 @@ ChainRecord chain_record(const SampleOptions& options, const Scenario& scenario)
   record.method = options.method.empty() ? to_string(scenario.world().default_method()) : options.method;
   record.ratios = options.ratios;
   if (!method_from(record.method))
-    throw ConfigurationError("--method must be rejection, metropolis, conditional or tempering");
-  if (!ratios_from(record.ratios)) throw ConfigurationError("--ratios must be exact or paper");
+    throw ConfigurationError("--method must be one of " + list_of_names(method_names()));
+  if (!ratios_from(record.ratios))
+    throw ConfigurationError("--ratios must be one of " + list_of_names(ratios_names()));
   record.stop = {.samples = options.count,
                  .iterations = options.iterations,
                  .seconds = options.seconds,
@@ -71,6 +72,7 @@ Exit sample(const SampleOptions& options) {
   const auto scenario = Scenario::read(parse_document(read_text(options.scenario)));
   const auto performer = scenario->make_performer();
   ChainRun run(scenario, chain_record(options, *scenario), "", {});
+  const Format& format = formats().front();
   if (!options.out.empty()) std::filesystem::create_directories(options.out);
   const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
 
@@ -92,11 +94,12 @@ Exit sample(const SampleOptions& options) {
       for (const char* stored_only : {"created_at", "plays", "weight"})
         view.erase(stored_only);
       if (!options.out.empty()) {
-        const std::filesystem::path path = std::filesystem::path(options.out) / (each.record.id + ".json");
+        const std::filesystem::path path =
+            std::filesystem::path(options.out) / (each.record.id + std::string(format.extension));
         const Animation animation = decode_animation(each.animation);
         const KeyframeHead head = keyframe_head(
             animation, each.record.id, std::string(scenario->world().name()), scenario->world().version());
-        write_file(path, keyframes_json(animation, head, options.rate).dump());
+        write_file(path, format.write(animation, head, options.rate));
         view["file"] = path.string();
       }
       if (options.json)

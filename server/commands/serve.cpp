@@ -9,6 +9,7 @@
 #include <string_view>
 #include <thread>
 
+#include "db/open_store.h"
 #include "server/api/api.h"
 #include "server/commands/command_line.h"
 #include "server/http/guard.h"
@@ -91,7 +92,7 @@ void add_examples(Api& api) {
     std::reverse(examples.begin(), examples.end());
     for (const nlohmann::json& document : examples) {
       const auto scenario = Scenario::read(document);
-      const Store::AddedScenario added = api.store.add_scenario(new_scenario_record(*scenario));
+      const AddedScenario added = api.store.add_scenario(new_scenario_record(*scenario));
       start_default_chains(api.runner, *scenario, added.scenario.id, 2, stop);
     }
   }
@@ -130,7 +131,8 @@ Exit serve(const ServeOptions& options) {
     return Exit::listen_address;
   }
 
-  Store store(options.store);
+  const auto opened = open_store(options.store);
+  Store& store = *opened;
   ScenarioLibrary library(store);
   EventHub events;
   ServiceLimits limits;

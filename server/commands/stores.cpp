@@ -5,11 +5,11 @@
 #include <functional>
 #include <iostream>
 
-#include "db/store.h"
+#include "db/open_store.h"
 #include "server/api/views.h"
 #include "server/chains/scenario_library.h"
 #include "server/commands/command_line.h"
-#include "worlds/formats/keyframes.h"
+#include "worlds/formats/formats.h"
 #include "worlds/formats/recorded.h"
 
 namespace retake {
@@ -70,14 +70,20 @@ class Verifier {
 }  // namespace
 
 Exit verify(const VerifyOptions& options) {
-  const Store store(options.store, {.read_only = true});
+  const auto opened = open_store(options.store, {.read_only = true});
+  const Store& store = *opened;
   Verifier verifier(store);
-  std::uint64_t same = 0, different = 0;
+  std::uint64_t same = 0, different = 0, unverifiable = 0;
   const auto look = [&](const SampleRecord& record) {
     std::string trouble = "differs";
     bool identical = false;
     try {
       identical = verifier.identical(record);
+    } catch (const OtherVersion& reason) {
+      ++unverifiable;
+      if (!options.samples.empty())
+        std::printf("%s cannot be verified: %s\n", record.id.c_str(), reason.what());
+      return true;
     } catch (const DamagedAnimation& fault) {
       trouble = fault.what();
     }
@@ -94,25 +100,32 @@ Exit verify(const VerifyOptions& options) {
       look(*record);
     }
   }
-  std::printf("%llu identical, %llu different\n", static_cast<unsigned long long>(same),
+  std::printf("%llu identical, %llu different", static_cast<unsigned long long>(same),
               static_cast<unsigned long long>(different));
+  if (unverifiable > 0)
+    std::printf(", %llu of other versions of their worlds, which cannot be verified",
+                static_cast<unsigned long long>(unverifiable));
+  std::printf("\n");
   return different == 0 ? Exit::done : Exit::failed;
 }
 
 Exit export_samples(const ExportOptions& options) {
-  const Store store(options.store, {.read_only = true});
+  const auto opened = open_store(options.store, {.read_only = true});
+  const Store& store = *opened;
   const auto scenario = store.scenario(options.scenario);
   if (!scenario) throw std::runtime_error("there is no scenario " + options.scenario);
   std::filesystem::create_directories(options.out);
+  const Format& format = formats().front();
   std::uint64_t written = 0;
   each_sample(store, scenario->id, [&](const SampleRecord& record) {
     const auto bytes = store.sample_animation(record.id);
     if (!bytes) return true;  // deleted meanwhile
     const Animation animation = decode_animation(*bytes);
     const KeyframeHead head = keyframe_head(animation, record.id, scenario->world, scenario->world_version);
-    const std::filesystem::path path = std::filesystem::path(options.out) / (record.id + ".json");
+    const std::filesystem::path path =
+        std::filesystem::path(options.out) / (record.id + std::string(format.extension));
     std::ofstream file(path, std::ios::binary);
-    file << keyframes_json(animation, head, options.rate).dump() << '\n';
+    file << format.write(animation, head, options.rate) << '\n';
     file.close();
     if (!file) throw std::runtime_error("cannot write " + path.string());
     return ++written != options.limit;
@@ -123,14 +136,16 @@ Exit export_samples(const ExportOptions& options) {
 }
 
 Exit backup(const BackupOptions& options) {
-  const Store store(options.store, {.read_only = true});
+  const auto opened = open_store(options.store, {.read_only = true});
+  const Store& store = *opened;
   store.backup(options.target);
   std::printf("%s is a copy of %s\n", options.target.c_str(), options.store.c_str());
   return Exit::done;
 }
 
 Exit check(const std::string& path) {
-  const Store store(path, {.read_only = true});
+  const auto opened = open_store(path, {.read_only = true});
+  const Store& store = *opened;
   std::uint64_t faults = 0, samples = 0;
   for (const std::string& line : store.check()) {
     ++faults;

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <sys/types.h>
 
-#include "server/http/server.h"
+#include "server/http/settings.h"
 
 namespace retake {
 

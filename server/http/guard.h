@@ -9,7 +9,8 @@
 #include <string_view>
 
 #include "server/http/head.h"
-#include "server/http/server.h"
+#include "server/http/message.h"
+#include "server/http/settings.h"
 
 namespace retake {
 

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <optional>
 
-#include "server/http/server.h"
+#include "server/http/problem.h"
 
 namespace retake {
 namespace {

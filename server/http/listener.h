@@ -10,7 +10,9 @@
 
 #include "server/http/connection.h"
 #include "server/http/head.h"
-#include "server/http/server.h"
+#include "server/http/message.h"
+#include "server/http/problem.h"
+#include "server/http/settings.h"
 
 namespace retake {
 

@@ -1,8 +1,7 @@
-// HttpProblem and the responses that carry JSON. Realises API.md, "Conventions": one error shape (RFC 9457).
-// It must not know the socket; it only builds responses.
-#include <utility>
+// See problem.h.
+#include "server/http/problem.h"
 
-#include "server/http/server.h"
+#include <utility>
 
 namespace retake {
 namespace {

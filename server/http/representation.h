@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/http/server.h"
+#include "server/http/message.h"
 
 namespace retake {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/http/server.h"
+#include "server/http/message.h"
 
 namespace retake {
 

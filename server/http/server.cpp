@@ -10,6 +10,7 @@
 
 #include "server/http/guard.h"
 #include "server/http/listener.h"
+#include "server/http/problem.h"
 #include "server/http/representation.h"
 #include "server/http/route_table.h"
 

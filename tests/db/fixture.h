@@ -101,8 +101,8 @@ inline void fill(Store& store, std::uint64_t samples) {
 }
 
 /// Options that commit every sample at once, for tests that wait for each.
-inline Store::Options prompt() {
-  Store::Options options;
+inline StoreOptions prompt() {
+  StoreOptions options;
   options.batch_rows = 1;
   return options;
 }

@@ -3,23 +3,18 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/db/conformance.h"
 #include "tests/db/fixture.h"
 
 namespace retake::test {
-namespace {
-
-class StoreTest : public testing::Test {
- protected:
-  TemporaryDirectory directory;
-  Store store{directory.file(), prompt()};
-};
+namespace {};
 using StoreScenarios = StoreTest;
 using StoreChains = StoreTest;
 using StoreProgress = StoreTest;
 
 // --- Scenarios ---------------------------------------------------------------------------------
 
-TEST_F(StoreScenarios, a_scenario_comes_back) {
+TEST_P(StoreScenarios, a_scenario_comes_back) {
   auto scenario = make_scenario("s");
   scenario.created_at = 1234;
   const auto added = store.add_scenario(scenario);
@@ -35,7 +30,7 @@ TEST_F(StoreScenarios, a_scenario_comes_back) {
   EXPECT_FALSE(store.scenario("other"));
 }
 
-TEST_F(StoreScenarios, a_pilot_is_kept_and_those_without_are_listed) {
+TEST_P(StoreScenarios, a_pilot_is_kept_and_those_without_are_listed) {
   for (const char* id : {"a", "b", "c"})
     store.add_scenario(make_scenario(id));
   EXPECT_FALSE(store.scenario("b")->pilot);
@@ -53,7 +48,7 @@ TEST_F(StoreScenarios, a_pilot_is_kept_and_those_without_are_listed) {
   EXPECT_EQ(store.scenarios_without_pilot(), (std::vector<std::string>{"c"}));
 }
 
-TEST_F(StoreScenarios, the_odds_of_the_best_basis_are_added_up) {
+TEST_P(StoreScenarios, the_odds_of_the_best_basis_are_added_up) {
   store.add_scenario(make_scenario("s"));
   store.add_scenario(make_scenario("other"));
   EXPECT_EQ(store.scenario("s")->odds.basis, OddsBasis::none);
@@ -85,7 +80,7 @@ TEST_F(StoreScenarios, the_odds_of_the_best_basis_are_added_up) {
   EXPECT_EQ(store.scenario("other")->odds.draws, 7u);
 }
 
-TEST_F(StoreScenarios, the_same_id_again_gives_the_first_one) {
+TEST_P(StoreScenarios, the_same_id_again_gives_the_first_one) {
   store.add_scenario(make_scenario("s"));
   auto again = make_scenario("s");
   again.title = "another";
@@ -94,11 +89,11 @@ TEST_F(StoreScenarios, the_same_id_again_gives_the_first_one) {
   EXPECT_EQ(added.scenario.title, "Title of s");
 }
 
-TEST_F(StoreScenarios, a_time_is_set_where_there_is_none) {
+TEST_P(StoreScenarios, a_time_is_set_where_there_is_none) {
   EXPECT_GT(store.add_scenario(make_scenario("s")).scenario.created_at, 1'600'000'000'000);
 }
 
-TEST_F(StoreScenarios, pages_are_newest_first_and_end) {
+TEST_P(StoreScenarios, pages_are_newest_first_and_end) {
   for (int index = 0; index < 7; ++index)
     store.add_scenario(make_scenario("s" + std::to_string(index)));
   std::string ids, cursor;
@@ -115,7 +110,7 @@ TEST_F(StoreScenarios, pages_are_newest_first_and_end) {
   EXPECT_EQ(pages, 3);
 }
 
-TEST_F(StoreScenarios, a_page_that_holds_the_last_one_has_no_cursor) {
+TEST_P(StoreScenarios, a_page_that_holds_the_last_one_has_no_cursor) {
   for (int index = 0; index < 4; ++index)
     store.add_scenario(make_scenario("s" + std::to_string(index)));
   EXPECT_TRUE(store.scenarios(4, "").next_cursor.empty());
@@ -123,7 +118,7 @@ TEST_F(StoreScenarios, a_page_that_holds_the_last_one_has_no_cursor) {
   EXPECT_TRUE(store.scenarios(0, "").records.empty());
 }
 
-TEST_F(StoreScenarios, chains_are_counted_by_state_and_queued_ones_run) {
+TEST_P(StoreScenarios, chains_are_counted_by_state_and_queued_ones_run) {
   store.add_scenario(make_scenario("s"));
   store.add_scenario(make_scenario("other"));
   std::vector<ChainRecord> chains;
@@ -146,7 +141,7 @@ TEST_F(StoreScenarios, chains_are_counted_by_state_and_queued_ones_run) {
 
 // --- Totals ------------------------------------------------------------------------------------
 
-TEST_F(StoreScenarios, totals_add_up) {
+TEST_P(StoreScenarios, totals_add_up) {
   fill(store, 30);
   store.play("s", "", "");
   store.play("s", "alice", "");
@@ -161,7 +156,7 @@ TEST_F(StoreScenarios, totals_add_up) {
 
 // --- Chains ------------------------------------------------------------------------------------
 
-TEST_F(StoreChains, a_chain_comes_back_field_by_field) {
+TEST_P(StoreChains, a_chain_comes_back_field_by_field) {
   store.add_scenario(make_scenario("s"));
   auto chain = make_chain("c", "s");
   chain.index = 4;
@@ -232,7 +227,7 @@ TEST_F(StoreChains, a_chain_comes_back_field_by_field) {
   EXPECT_EQ(found.counters.effective_samples, 61.5);
 }
 
-TEST_F(StoreChains, what_is_unset_stays_unset) {
+TEST_P(StoreChains, what_is_unset_stays_unset) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   const auto found = store.chain("c").value();
@@ -243,7 +238,7 @@ TEST_F(StoreChains, what_is_unset_stays_unset) {
   EXPECT_FALSE(store.chain("other"));
 }
 
-TEST_F(StoreChains, a_ladder_may_change_its_rungs) {
+TEST_P(StoreChains, a_ladder_may_change_its_rungs) {
   store.add_scenario(make_scenario("s"));
   auto chain = make_chain("c", "s");
   chain.counters.rungs = {{0, 1, 1}, {0.25, 2, 2}, {1, 0, 0}};
@@ -259,7 +254,7 @@ TEST_F(StoreChains, a_ladder_may_change_its_rungs) {
   EXPECT_TRUE(store.chain("d")->counters.rungs.empty());
 }
 
-TEST_F(StoreChains, kernels_that_are_gone_are_forgotten) {
+TEST_P(StoreChains, kernels_that_are_gone_are_forgotten) {
   store.add_scenario(make_scenario("s"));
   auto chain = make_chain("c", "s");
   chain.counters.kernels = {{"a", 1, 1}, {"b", 2, 2}, {"c", 3, 3}};
@@ -273,7 +268,7 @@ TEST_F(StoreChains, kernels_that_are_gone_are_forgotten) {
   EXPECT_EQ(kernels[0].name, "d");
 }
 
-TEST_F(StoreChains, chains_are_listed_in_the_order_in_which_they_were_added) {
+TEST_P(StoreChains, chains_are_listed_in_the_order_in_which_they_were_added) {
   store.add_scenario(make_scenario("s"));
   store.add_scenario(make_scenario("t"));
   store.add_chains({make_chain("z", "s"), make_chain("a", "t"), make_chain("m", "s")});
@@ -295,7 +290,7 @@ TEST_F(StoreChains, chains_are_listed_in_the_order_in_which_they_were_added) {
   EXPECT_TRUE(store.chains("other").empty());
 }
 
-TEST_F(StoreChains, chains_are_added_all_or_none) {
+TEST_P(StoreChains, chains_are_added_all_or_none) {
   store.add_scenario(make_scenario("s"));
   EXPECT_THROW(store.add_chains({make_chain("c", "s"), make_chain("d", "gone")}), StoreError);
   EXPECT_FALSE(store.chain("c"));
@@ -304,13 +299,13 @@ TEST_F(StoreChains, chains_are_added_all_or_none) {
   EXPECT_FALSE(store.chain("d"));
 }
 
-TEST_F(StoreChains, an_id_that_could_not_be_told_from_a_samples_is_our_own_mistake) {
+TEST_P(StoreChains, an_id_that_could_not_be_told_from_a_samples_is_our_own_mistake) {
   store.add_scenario(make_scenario("s"));
   EXPECT_THROW(store.add_chains({make_chain("c-1", "s")}), std::logic_error);
   EXPECT_THROW(store.add_chains({make_chain("", "s")}), std::logic_error);
 }
 
-TEST_F(StoreChains, the_state_is_set_with_its_reason) {
+TEST_P(StoreChains, the_state_is_set_with_its_reason) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   store.set_chain_state("c", ChainState::failed, "", "the disk is full");
@@ -324,7 +319,7 @@ TEST_F(StoreChains, the_state_is_set_with_its_reason) {
 
 // --- Progress ----------------------------------------------------------------------------------
 
-TEST_F(StoreProgress, samples_counters_checkpoint_and_trace_arrive_together) {
+TEST_P(StoreProgress, samples_counters_checkpoint_and_trace_arrive_together) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   EXPECT_EQ(store.checkpoint("c"), "");
@@ -340,7 +335,7 @@ TEST_F(StoreProgress, samples_counters_checkpoint_and_trace_arrive_together) {
   EXPECT_EQ(store.sample_count("other"), 0u);
 }
 
-TEST_F(StoreProgress, the_state_changes_only_if_it_is_set) {
+TEST_P(StoreProgress, the_state_changes_only_if_it_is_set) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   store.set_chain_state("c", ChainState::running, "", "");
@@ -354,7 +349,7 @@ TEST_F(StoreProgress, the_state_changes_only_if_it_is_set) {
   EXPECT_EQ(store.chain("c")->ended_by, "iterations");
 }
 
-TEST_F(StoreProgress, traces_grow_by_blocks_or_are_replaced) {
+TEST_P(StoreProgress, traces_grow_by_blocks_or_are_replaced) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s"), make_chain("d", "s")});
   const auto commit = [&](const char* block, bool replace) {
@@ -375,7 +370,7 @@ TEST_F(StoreProgress, traces_grow_by_blocks_or_are_replaced) {
   EXPECT_TRUE(store.trace("d").empty());
 }
 
-TEST_F(StoreProgress, a_sample_that_comes_again_keeps_its_row_and_plays_and_takes_the_weight) {
+TEST_P(StoreProgress, a_sample_that_comes_again_keeps_its_row_and_plays_and_takes_the_weight) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   auto first = make_progress("c", "s", 1, 2);
@@ -394,7 +389,7 @@ TEST_F(StoreProgress, a_sample_that_comes_again_keeps_its_row_and_plays_and_take
   EXPECT_TRUE(store.check().empty());
 }
 
-TEST_F(StoreProgress, weights_of_earlier_samples_grow) {
+TEST_P(StoreProgress, weights_of_earlier_samples_grow) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   auto progress = make_progress("c", "s", 1, 1);
@@ -408,7 +403,7 @@ TEST_F(StoreProgress, weights_of_earlier_samples_grow) {
   EXPECT_EQ(store.sample("c-2")->weight, 6u);
 }
 
-TEST_F(StoreProgress, a_weight_of_a_sample_that_is_not_there_fails_the_whole_progress) {
+TEST_P(StoreProgress, a_weight_of_a_sample_that_is_not_there_fails_the_whole_progress) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   auto progress = make_progress("c", "s", 1, 1);
@@ -419,7 +414,7 @@ TEST_F(StoreProgress, a_weight_of_a_sample_that_is_not_there_fails_the_whole_pro
   EXPECT_EQ(store.sample_count("s"), 0u);
 }
 
-TEST_F(StoreProgress, progress_of_a_chain_that_is_gone_is_dropped) {
+TEST_P(StoreProgress, progress_of_a_chain_that_is_gone_is_dropped) {
   EXPECT_EQ(store.commit(make_progress("c", "s", 1, 3)).get(), 0u);
   fill(store, 3);
   store.delete_scenario("s");
@@ -427,6 +422,10 @@ TEST_F(StoreProgress, progress_of_a_chain_that_is_gone_is_dropped) {
   EXPECT_EQ(store.totals().samples, 0u);
   EXPECT_EQ(store.last_error(), "");
 }
+
+RETAKE_FOR_EVERY_STORE(StoreScenarios);
+RETAKE_FOR_EVERY_STORE(StoreChains);
+RETAKE_FOR_EVERY_STORE(StoreProgress);
 
 }  // namespace
 }  // namespace retake::test

@@ -6,20 +6,18 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/db/conformance.h"
 #include "tests/db/fixture.h"
 
 namespace retake::test {
 namespace {
 
-class StorePlays : public testing::Test {
+class StorePlays : public StoreTest {
  protected:
-  TemporaryDirectory directory;
-  Store store{directory.file(), prompt()};
-
   std::string play(const std::string& player) { return store.play("s", player, "").value().sample.id; }
 };
 
-TEST_F(StorePlays, nothing_is_handed_out_where_there_is_nothing) {
+TEST_P(StorePlays, nothing_is_handed_out_where_there_is_nothing) {
   EXPECT_FALSE(store.play("s", "alice", ""));
   store.add_scenario(make_scenario("s"));
   EXPECT_FALSE(store.play("s", "alice", ""));
@@ -27,7 +25,7 @@ TEST_F(StorePlays, nothing_is_handed_out_where_there_is_nothing) {
   EXPECT_EQ(store.totals().plays, 0u);
 }
 
-TEST_F(StorePlays, a_player_sees_every_sample_once_then_the_one_seen_longest_ago) {
+TEST_P(StorePlays, a_player_sees_every_sample_once_then_the_one_seen_longest_ago) {
   fill(store, 3);
   for (std::uint64_t turn = 0; turn < 3; ++turn) {
     const auto played = store.play("s", "alice", "").value();
@@ -50,7 +48,7 @@ TEST_F(StorePlays, a_player_sees_every_sample_once_then_the_one_seen_longest_ago
   EXPECT_FALSE(fresh.repeat);
 }
 
-TEST_F(StorePlays, without_a_player_the_least_played_then_the_oldest_comes) {
+TEST_P(StorePlays, without_a_player_the_least_played_then_the_oldest_comes) {
   fill(store, 3);
   for (std::uint64_t turn = 0; turn < 7; ++turn) {
     const auto played = store.play("s", "", "").value();
@@ -61,7 +59,7 @@ TEST_F(StorePlays, without_a_player_the_least_played_then_the_oldest_comes) {
   EXPECT_EQ(store.totals().plays, 7u);
 }
 
-TEST_F(StorePlays, players_share_the_stock_evenly) {
+TEST_P(StorePlays, players_share_the_stock_evenly) {
   fill(store, 4);
   EXPECT_EQ(play("alice"), "c-1");
   EXPECT_EQ(play("bob"), "c-2");
@@ -71,7 +69,7 @@ TEST_F(StorePlays, players_share_the_stock_evenly) {
   EXPECT_EQ(play("bob"), "c-1");
 }
 
-TEST_F(StorePlays, a_players_views_are_kept_by_scenario) {
+TEST_P(StorePlays, a_players_views_are_kept_by_scenario) {
   fill(store, 2);
   store.add_scenario(make_scenario("t"));
   store.add_chains({make_chain("d", "t")});
@@ -82,7 +80,7 @@ TEST_F(StorePlays, a_players_views_are_kept_by_scenario) {
   EXPECT_EQ(played.remaining, 1u);
 }
 
-TEST_F(StorePlays, the_same_key_gives_the_same_play) {
+TEST_P(StorePlays, the_same_key_gives_the_same_play) {
   fill(store, 3);
   const auto first = store.play("s", "alice", "key").value();
   store.play("s", "alice", "");
@@ -97,7 +95,7 @@ TEST_F(StorePlays, the_same_key_gives_the_same_play) {
   EXPECT_NE(store.play("s", "alice", "key 2")->id, first.id);
 }
 
-TEST_F(StorePlays, a_key_belongs_to_one_player_and_one_scenario) {
+TEST_P(StorePlays, a_key_belongs_to_one_player_and_one_scenario) {
   fill(store, 3);
   store.add_scenario(make_scenario("t"));
   store.add_chains({make_chain("d", "t")});
@@ -111,18 +109,17 @@ TEST_F(StorePlays, a_key_belongs_to_one_player_and_one_scenario) {
   EXPECT_EQ(store.totals().failed_commits, 0u);
 }
 
-TEST_F(StorePlays, plays_outlive_the_store) {
+TEST_P(StorePlays, plays_outlive_the_store) {
   fill(store, 3);
   const auto first = store.play("s", "alice", "key").value();
-  const auto path = directory.file("copy.db");
-  store.backup(path);
-  Store copy(path);
-  EXPECT_EQ(copy.play("s", "alice", "key")->id, first.id);
-  EXPECT_EQ(copy.play("s", "alice", "")->sample.id, "c-2");
+  store.backup(directory.file("copy.db"));
+  const auto copy = open({}, "copy.db");
+  EXPECT_EQ(copy->play("s", "alice", "key")->id, first.id);
+  EXPECT_EQ(copy->play("s", "alice", "")->sample.id, "c-2");
 }
 
 // Behind the place where the search for alice begins there are first a few, then many new samples.
-TEST_F(StorePlays, new_samples_that_others_took_first_are_found) {
+TEST_P(StorePlays, new_samples_that_others_took_first_are_found) {
   fill(store, 200);
   const auto play_times = [&](const std::string& player, int times) {
     std::string last;
@@ -187,13 +184,16 @@ Expected choose(std::vector<ModelSample>& samples, const std::string& player, in
 
 // Players of very different appetite, samples that come in between, in bursts or one by one, and a store that
 // is closed and opened: the searches that start half-way have to find what the search from the start would.
-class StorePlaysModel : public testing::TestWithParam<int> {};
+class StorePlaysModel : public EveryStore {
+ protected:
+  void play_as_the_model(unsigned seed);
+};
 
-TEST_P(StorePlaysModel, every_play_is_the_one_that_counting_everything_gives) {
-  std::mt19937 random(static_cast<unsigned>(GetParam()));
+void StorePlaysModel::play_as_the_model(unsigned seed) {
+  std::mt19937 random(seed);
   const auto below = [&](unsigned bound) { return random() % bound; };
-  TemporaryDirectory directory;
-  auto store = std::make_unique<Store>(directory.file(), prompt());
+  const std::string name = "retake-" + std::to_string(seed) + ".db";
+  auto store = open(prompt(), name);
   std::vector<ModelSample> model(150);
   fill(*store, model.size());
 
@@ -207,7 +207,7 @@ TEST_P(StorePlaysModel, every_play_is_the_one_that_counting_everything_gives) {
     }
     if (below(400) == 0) {
       store.reset();
-      store = std::make_unique<Store>(directory.file(), prompt());
+      store = open(prompt(), name);
     }
     const auto die = below(20);
     const std::string player = die < 7    ? "keen"
@@ -224,7 +224,16 @@ TEST_P(StorePlaysModel, every_play_is_the_one_that_counting_everything_gives) {
   EXPECT_TRUE(store->check().empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, StorePlaysModel, testing::Range(1, 7));
+TEST_P(StorePlaysModel, every_play_is_the_one_that_counting_everything_gives) {
+  for (unsigned seed = 1; seed < 7; ++seed) {
+    SCOPED_TRACE(seed);
+    play_as_the_model(seed);
+    if (HasFatalFailure()) return;
+  }
+}
+
+RETAKE_FOR_EVERY_STORE(StorePlays);
+RETAKE_FOR_EVERY_STORE(StorePlaysModel);
 
 }  // namespace
 }  // namespace retake::test

@@ -5,22 +5,17 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/db/conformance.h"
 #include "tests/db/fixture.h"
 
 namespace retake::test {
-namespace {
-
-class StoreTest : public testing::Test {
- protected:
-  TemporaryDirectory directory;
-  Store store{directory.file(), prompt()};
-};
+namespace {};
 using StoreSamples = StoreTest;
 using StoreDraws = StoreTest;
 
 // --- Samples -----------------------------------------------------------------------------------
 
-TEST_F(StoreSamples, a_sample_comes_back_with_its_blobs) {
+TEST_P(StoreSamples, a_sample_comes_back_with_its_blobs) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   auto progress = make_progress("c", "s", 5, 5);
@@ -66,7 +61,7 @@ std::vector<SampleRecord> list(const Store& store, SampleOrder order, std::size_
   return all;
 }
 
-TEST_F(StoreSamples, every_order_lists_every_sample_once_whatever_the_limit) {
+TEST_P(StoreSamples, every_order_lists_every_sample_once_whatever_the_limit) {
   fill(store, 60);
   store.add_scenario(make_scenario("t"));
   store.add_chains({make_chain("d", "t")});
@@ -91,7 +86,7 @@ TEST_F(StoreSamples, every_order_lists_every_sample_once_whatever_the_limit) {
   EXPECT_TRUE(store.samples("other", SampleOrder::likely, 10, "").records.empty());
 }
 
-TEST_F(StoreSamples, pages_stay_put_while_samples_are_added) {
+TEST_P(StoreSamples, pages_stay_put_while_samples_are_added) {
   fill(store, 20);
   const auto before = ids_of(list(store, SampleOrder::newest, 100));
   const auto first = store.samples("s", SampleOrder::newest, 10, "");
@@ -104,7 +99,7 @@ TEST_F(StoreSamples, pages_stay_put_while_samples_are_added) {
   EXPECT_TRUE(second.next_cursor.empty());
 }
 
-TEST_F(StoreSamples, impossible_and_extreme_likelihoods_are_listed) {
+TEST_P(StoreSamples, impossible_and_extreme_likelihoods_are_listed) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   auto progress = make_progress("c", "s", 1, 4);
@@ -117,7 +112,7 @@ TEST_F(StoreSamples, impossible_and_extreme_likelihoods_are_listed) {
             (std::vector<std::string>{"c-3", "c-2", "c-4", "c-1"}));
 }
 
-TEST_F(StoreSamples, a_likelihood_that_is_not_a_number_is_refused) {
+TEST_P(StoreSamples, a_likelihood_that_is_not_a_number_is_refused) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   auto progress = make_progress("c", "s", 1, 1);
@@ -129,7 +124,7 @@ TEST_F(StoreSamples, a_likelihood_that_is_not_a_number_is_refused) {
   EXPECT_EQ(store.last_error(), "");
 }
 
-TEST_F(StoreSamples, a_cursor_serves_only_the_listing_that_gave_it) {
+TEST_P(StoreSamples, a_cursor_serves_only_the_listing_that_gave_it) {
   fill(store, 9);
   store.add_scenario(make_scenario("t"));
   store.add_chains({make_chain("d", "t")});
@@ -150,7 +145,7 @@ TEST_F(StoreSamples, a_cursor_serves_only_the_listing_that_gave_it) {
   }
 }
 
-TEST_F(StoreSamples, a_cursor_with_any_letter_changed_is_refused) {
+TEST_P(StoreSamples, a_cursor_with_any_letter_changed_is_refused) {
   fill(store, 9);
   const auto cursor = store.samples("s", SampleOrder::likely, 3, "").next_cursor;
   for (std::size_t index = 0; index < cursor.size(); ++index) {
@@ -182,7 +177,7 @@ std::vector<std::uint64_t> iterations_of(const std::vector<DrawRecord>& draws) {
   return iterations;
 }
 
-TEST_F(StoreDraws, a_heavy_sample_comes_up_as_often_as_it_weighs) {
+TEST_P(StoreDraws, a_heavy_sample_comes_up_as_often_as_it_weighs) {
   add_weighted(store, {1, 6, 1, 2});
   EXPECT_EQ(iterations_of(store.draws("c", 10)),
             (std::vector<std::uint64_t>{10, 20, 20, 20, 20, 20, 20, 30, 40, 40}));
@@ -190,12 +185,12 @@ TEST_F(StoreDraws, a_heavy_sample_comes_up_as_often_as_it_weighs) {
   EXPECT_EQ(iterations_of(store.draws("c", 1)), (std::vector<std::uint64_t>{20}));
 }
 
-TEST_F(StoreDraws, there_are_no_more_draws_than_satisfied_iterations) {
+TEST_P(StoreDraws, there_are_no_more_draws_than_satisfied_iterations) {
   add_weighted(store, {1, 2});
   EXPECT_EQ(iterations_of(store.draws("c", 1000)), (std::vector<std::uint64_t>{10, 20, 20}));
 }
 
-TEST_F(StoreDraws, draws_begin_after_an_iteration) {
+TEST_P(StoreDraws, draws_begin_after_an_iteration) {
   add_weighted(store, {1, 1, 1, 1});
   EXPECT_EQ(iterations_of(store.draws("c", 10, 20)), (std::vector<std::uint64_t>{30, 40}));
   EXPECT_EQ(iterations_of(store.draws("c", 10, 19)), (std::vector<std::uint64_t>{20, 30, 40}));
@@ -204,7 +199,7 @@ TEST_F(StoreDraws, draws_begin_after_an_iteration) {
   EXPECT_TRUE(store.draws("c", 0).empty());
 }
 
-TEST_F(StoreDraws, samples_of_weight_0_are_passed_over) {
+TEST_P(StoreDraws, samples_of_weight_0_are_passed_over) {
   add_weighted(store, {0, 0, 2, 0, 1, 0, 3, 0});
   EXPECT_EQ(iterations_of(store.draws("c", 100)), (std::vector<std::uint64_t>{30, 30, 50, 70, 70, 70}));
   for (std::size_t most = 1; most < 6; ++most)
@@ -213,12 +208,12 @@ TEST_F(StoreDraws, samples_of_weight_0_are_passed_over) {
   EXPECT_TRUE(store.draws("c", 100, 70).empty());
 }
 
-TEST_F(StoreDraws, a_chain_that_only_learned_has_no_draws) {
+TEST_P(StoreDraws, a_chain_that_only_learned_has_no_draws) {
   add_weighted(store, {0, 0, 0});
   EXPECT_TRUE(store.draws("c", 100).empty());
 }
 
-TEST_F(StoreDraws, draws_are_evenly_spaced_over_many_samples) {
+TEST_P(StoreDraws, draws_are_evenly_spaced_over_many_samples) {
   std::vector<std::uint64_t> weights;
   for (std::uint64_t index = 0; index < 500; ++index)
     weights.push_back(1 + index * 7919 % 40);
@@ -239,10 +234,13 @@ TEST_F(StoreDraws, draws_are_evenly_spaced_over_many_samples) {
   }
 }
 
-TEST_F(StoreDraws, enormous_weights_do_not_overflow) {
+TEST_P(StoreDraws, enormous_weights_do_not_overflow) {
   add_weighted(store, {std::uint64_t{1} << 60, std::uint64_t{1} << 60});
   EXPECT_EQ(iterations_of(store.draws("c", 4)), (std::vector<std::uint64_t>{10, 10, 20, 20}));
 }
+
+RETAKE_FOR_EVERY_STORE(StoreSamples);
+RETAKE_FOR_EVERY_STORE(StoreDraws);
 
 }  // namespace
 }  // namespace retake::test

@@ -6,14 +6,17 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/db/conformance.h"
 #include "tests/db/fixture.h"
 
 namespace retake::test {
 namespace {
 
-TEST(ThreadsStore, chains_commit_side_by_side_and_nothing_is_lost) {
-  TemporaryDirectory directory;
-  Store store(directory.file());
+using ThreadsStore = EveryStore;
+
+TEST_P(ThreadsStore, chains_commit_side_by_side_and_nothing_is_lost) {
+  const auto opened = open();
+  Store& store = *opened;
   store.add_scenario(make_scenario("s"));
   constexpr std::uint64_t chains = 4, commits = 40;
   {
@@ -39,9 +42,9 @@ TEST(ThreadsStore, chains_commit_side_by_side_and_nothing_is_lost) {
   EXPECT_TRUE(store.check().empty());
 }
 
-TEST(ThreadsStore, no_player_gets_a_sample_twice) {
-  TemporaryDirectory directory;
-  Store store(directory.file());
+TEST_P(ThreadsStore, no_player_gets_a_sample_twice) {
+  const auto opened = open();
+  Store& store = *opened;
   fill(store, 200);
   std::mutex mutex;
   std::map<std::string, std::set<std::string>> seen;
@@ -64,9 +67,9 @@ TEST(ThreadsStore, no_player_gets_a_sample_twice) {
   EXPECT_TRUE(store.play("s", "bob", "")->repeat);
 }
 
-TEST(ThreadsStore, one_key_from_many_threads_is_one_play) {
-  TemporaryDirectory directory;
-  Store store(directory.file());
+TEST_P(ThreadsStore, one_key_from_many_threads_is_one_play) {
+  const auto opened = open();
+  Store& store = *opened;
   fill(store, 20);
   std::atomic<int> fresh = 0;
   {
@@ -79,12 +82,12 @@ TEST(ThreadsStore, one_key_from_many_threads_is_one_play) {
   EXPECT_EQ(store.totals().plays, 1u);
 }
 
-TEST(ThreadsStore, everything_at_once) {
-  TemporaryDirectory directory;
-  Store::Options options;
+TEST_P(ThreadsStore, everything_at_once) {
+  StoreOptions options;
   options.batch_seconds = 0.005;
   options.reader_connections = 2;  // fewer than readers
-  Store store(directory.file(), options);
+  const auto opened = open(options);
+  Store& store = *opened;
   fill(store, 100);
   std::atomic<bool> done = false;
   {
@@ -132,11 +135,13 @@ TEST(ThreadsStore, everything_at_once) {
     EXPECT_TRUE(store.check().empty());
     done = true;
   }
-  Store copy(directory.file("copy.db"));
-  EXPECT_GE(copy.sample_count("s"), 100u);
-  EXPECT_TRUE(copy.check().empty());
+  const auto copy = open({}, "copy.db");
+  EXPECT_GE(copy->sample_count("s"), 100u);
+  EXPECT_TRUE(copy->check().empty());
   EXPECT_TRUE(store.check().empty());
 }
+
+RETAKE_FOR_EVERY_STORE(ThreadsStore);
 
 }  // namespace
 }  // namespace retake::test

@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* kTable = RETAKE_SOURCE_DIR "/tests/worlds/golden_digests.txt";
 constexpr const char* kHead =
-    "# kind of processor, world, seed, digest and title of each example; see worlds/README.md\n";
+    "# kind of processor, world, its version, seed, digest and title of each example; see worlds/README.md\n";
 
 /// What functions of the mathematical library say on a fixed grid: equal where they are rounded alike.
 std::string kind_of_processor() {
@@ -54,7 +54,9 @@ std::string kind_of_processor() {
 }
 
 struct Row {
-  std::string kind, world, seed, digest, title;
+  std::string kind, world;
+  int version = 0;
+  std::string seed, digest, title;
   std::string key() const { return kind + " " + world + " " + seed + " " + title; }
 };
 
@@ -65,7 +67,7 @@ std::vector<Row> rows_of_table() {
     if (line.empty() || line[0] == '#') continue;
     std::istringstream words(line);
     Row row;
-    words >> row.kind >> row.world >> row.seed >> row.digest;
+    words >> row.kind >> row.world >> row.version >> row.seed >> row.digest;
     std::getline(words >> std::ws, row.title);
     rows.push_back(row);
   }
@@ -93,24 +95,40 @@ std::vector<Row> rows_of_this_build() {
           most = take.animation.events.size();
           liveliest = digest(state, take.animation);
         }
-        rows.push_back(
-            {kind, std::string(world->name()), std::to_string(seed), liveliest, scenario->title()});
+        rows.push_back({kind, std::string(world->name()), world->version(), std::to_string(seed), liveliest,
+                        scenario->title()});
       }
       ++number;
     }
   return rows;
 }
 
+/// Motions that changed though their world's version did not rise: older stores would take this build's
+/// motions for theirs.
+std::vector<std::string> changed_in_silence(const std::vector<Row>& table, const std::vector<Row>& mine) {
+  std::vector<std::string> faults;
+  for (const Row& row : mine)
+    for (const Row& before : table)
+      if (before.key() == row.key() && before.digest != row.digest && before.version >= row.version)
+        faults.push_back(row.key() + " moves otherwise than in version " + std::to_string(before.version) +
+                         " of " + row.world + ": raise its version()");
+  return faults;
+}
+
 /// Replaces the rows of this kind of processor and keeps those of others.
 void renew(const std::vector<Row>& mine) {
   std::vector<Row> rows = rows_of_table();
+  for (const std::string& fault : changed_in_silence(rows, mine))
+    ADD_FAILURE() << fault;
+  if (testing::Test::HasFailure()) return;
   std::erase_if(rows, [&](const Row& row) { return row.kind == mine.front().kind; });
   rows.insert(rows.end(), mine.begin(), mine.end());
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.kind < b.kind; });
   std::ofstream file(kTable);
   file << kHead;
   for (const Row& row : rows)
-    file << row.kind << ' ' << row.world << ' ' << row.seed << ' ' << row.digest << ' ' << row.title << '\n';
+    file << row.kind << ' ' << row.world << ' ' << row.version << ' ' << row.seed << ' ' << row.digest << ' '
+         << row.title << '\n';
   file.close();
   ASSERT_TRUE(file) << "cannot write " << kTable;
   std::printf("wrote %zu rows for processors of kind %s\n", mine.size(), mine.front().kind.c_str());
@@ -122,10 +140,10 @@ TEST(GoldenDigests, EveryExampleMovesAsItAlwaysDid) {
     renew(mine);
     return;
   }
-  std::map<std::string, std::string> golden;
+  std::map<std::string, Row> golden;
   std::map<std::string, int> kinds;
   for (const Row& row : rows_of_table()) {
-    EXPECT_TRUE(golden.emplace(row.key(), row.digest).second) << "twice in the table: " << row.key();
+    EXPECT_TRUE(golden.emplace(row.key(), row).second) << "twice in the table: " << row.key();
     ++kinds[row.kind];
   }
   const std::string& kind = mine.front().kind;
@@ -142,10 +160,26 @@ TEST(GoldenDigests, EveryExampleMovesAsItAlwaysDid) {
       ADD_FAILURE() << "not in the table, which has to be renewed: " << row.key();
       continue;
     }
-    EXPECT_EQ(row.digest, found->second)
+    EXPECT_EQ(row.digest, found->second.digest)
         << row.key() << "\nIf physics were meant to change: raise the world's version and renew the table.";
+    EXPECT_EQ(row.version, found->second.version) << row.key() << ": renew the table";
   }
   EXPECT_EQ(static_cast<std::size_t>(kinds[kind]), mine.size()) << "rows of examples that are no more";
+}
+
+TEST(GoldenDigests, AreNotRenewedUnderAnUnchangedVersion) {
+  const Row before{"k", "bowling", 2, "1", "aa", "A strike"};
+  Row after = before;
+  EXPECT_TRUE(changed_in_silence({before}, {after}).empty());
+  after.digest = "bb";
+  EXPECT_EQ(changed_in_silence({before}, {after}).size(), 1u);
+  after.version = 1;
+  EXPECT_EQ(changed_in_silence({before}, {after}).size(), 1u) << "a version never falls";
+  after.version = 3;
+  EXPECT_TRUE(changed_in_silence({before}, {after}).empty());
+  after.version = 2;
+  after.title = "Another strike";
+  EXPECT_TRUE(changed_in_silence({before}, {after}).empty()) << "a new example";
 }
 
 }  // namespace

@@ -134,7 +134,7 @@ std::vector<TermKind> make_term_kinds() {
 class BowlingWorld final : public World {
  public:
   std::string_view name() const override { return "bowling"; }
-  int version() const override { return 1; }
+  int version() const override { return 2; }
   std::string_view summary() const override {
     return "Ten-pin bowling: say which pins are set and which shall fall";
   }

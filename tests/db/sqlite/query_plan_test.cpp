@@ -7,6 +7,7 @@
 #include "db/sqlite/play_rows.h"
 #include "db/sqlite/sample_rows.h"
 #include "db/sqlite/scenario_rows.h"
+#include "db/sqlite/sqlite_store.h"
 #include "db/sqlite/store_file.h"
 #include "tests/db/fixture.h"
 
@@ -39,7 +40,7 @@ bool begins_with(const std::string& text, std::string_view start) {
 TEST(StoreQueryPlans, every_statement_of_a_request_goes_by_an_index) {
   TemporaryDirectory directory;
   {
-    Store store(directory.file());
+    database::SqliteStore store(directory.file());
     fill(store, 300);
   }
   auto connection = database::open_to_write(directory.file());
@@ -110,7 +111,7 @@ std::string plan_of(Connection& connection, const std::string& text) {
 TEST(StoreQueryPlans, the_searches_use_every_column_of_their_index) {
   TemporaryDirectory directory;
   {
-    Store store(directory.file());
+    database::SqliteStore store(directory.file());
     fill(store, 200);
   }
   auto connection = database::open_to_write(directory.file());

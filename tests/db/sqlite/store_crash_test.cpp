@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "db/sqlite/sqlite_store.h"
 #include "tests/db/fixture.h"
 
 namespace retake::test {
@@ -24,10 +25,10 @@ struct Acknowledgement {
   const auto tell = [&](Acknowledgement acknowledgement) {
     [[maybe_unused]] const auto written = ::write(pipe, &acknowledgement, sizeof(acknowledgement));
   };
-  Store::Options options;
+  StoreOptions options;
   options.batch_rows = 8;
   options.batch_seconds = 0.002;
-  Store store(path, options);
+  database::SqliteStore store(path, options);
   store.delete_scenario("t");
   store.add_scenario(make_scenario("s"));
   for (const char* chain : {"a", "b"}) {
@@ -97,7 +98,7 @@ TEST(StoreCrash, what_was_acknowledged_is_there_after_kill_9_at_any_moment) {
     ::waitpid(child, &status, 0);
     ASSERT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) << "the child ended by itself";
 
-    Store store(directory.file());
+    database::SqliteStore store(directory.file());
     const auto faults = store.check();
     ASSERT_TRUE(faults.empty()) << faults[0];
     std::uint64_t samples = 0;
@@ -129,13 +130,13 @@ TEST(StoreCrash, a_store_killed_while_it_was_made_opens) {
     TemporaryDirectory directory;
     const auto child = ::fork();
     if (child == 0) {
-      Store store(directory.file());
+      database::SqliteStore store(directory.file());
       ::pause();
     }
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 12'000));
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
-    Store store(directory.file());
+    database::SqliteStore store(directory.file());
     ASSERT_TRUE(store.add_scenario(make_scenario("s")).created);
     ASSERT_TRUE(store.check().empty());
   }

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "db/sqlite/sqlite_store.h"
 #include "tests/db/disk.h"
 #include "tests/db/fixture.h"
 
@@ -48,7 +49,7 @@ int flushes_of(const std::function<void()>& call) {
 
 TEST(StoreDurability, what_returns_as_committed_was_flushed) {
   TemporaryDirectory directory;
-  Store store(directory.file(), prompt());
+  database::SqliteStore store(directory.file(), prompt());
   EXPECT_GE(flushes_of([&] { store.add_scenario(make_scenario("s")); }), 1);
   EXPECT_GE(flushes_of([&] { store.add_chains({make_chain("c", "s")}); }), 1);
   EXPECT_GE(flushes_of([&] { store.commit(make_progress("c", "s", 1, 1)).get(); }), 1);
@@ -59,7 +60,7 @@ TEST(StoreDurability, what_returns_as_committed_was_flushed) {
 
 TEST(StoreDurability, plays_are_not_flushed_one_by_one_but_within_a_second) {
   TemporaryDirectory directory;
-  Store store(directory.file(), prompt());
+  database::SqliteStore store(directory.file(), prompt());
   fill(store, 50);
   store.play("s", "alice", "");
   std::this_thread::sleep_for(milliseconds(700));
@@ -78,7 +79,7 @@ TEST(StoreDurability, plays_are_not_flushed_one_by_one_but_within_a_second) {
 
 TEST(StoreDurability, a_commit_that_changes_nothing_flushes_the_plays_before_it) {
   TemporaryDirectory directory;
-  Store store(directory.file(), prompt());
+  database::SqliteStore store(directory.file(), prompt());
   fill(store, 2);
   store.play("s", "alice", "");
   EXPECT_GE(flushes_of([&] { store.set_chain_state("gone", ChainState::paused, "", ""); }), 1);
@@ -88,10 +89,10 @@ TEST(StoreDurability, a_commit_that_changes_nothing_flushes_the_plays_before_it)
 
 TEST(StoreGroups, samples_wait_for_a_full_group) {
   TemporaryDirectory directory;
-  Store::Options options;
+  StoreOptions options;
   options.batch_rows = 4;
   options.batch_seconds = 3600;
-  Store store(directory.file(), options);
+  database::SqliteStore store(directory.file(), options);
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   auto first = store.commit(make_progress("c", "s", 1, 3));
@@ -107,10 +108,10 @@ TEST(StoreGroups, samples_wait_for_a_full_group) {
 
 TEST(StoreGroups, samples_wait_no_longer_than_they_may) {
   TemporaryDirectory directory;
-  Store::Options options;
+  StoreOptions options;
   options.batch_rows = 1000;
   options.batch_seconds = 0.2;
-  Store store(directory.file(), options);
+  database::SqliteStore store(directory.file(), options);
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   const auto start = Clock::now();
@@ -121,9 +122,9 @@ TEST(StoreGroups, samples_wait_no_longer_than_they_may) {
 
 TEST(StoreGroups, a_call_that_waits_takes_along_what_was_queued_before_it) {
   TemporaryDirectory directory;
-  Store::Options options;
+  StoreOptions options;
   options.batch_seconds = 3600;
-  Store store(directory.file(), options);
+  database::SqliteStore store(directory.file(), options);
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   auto queued = store.commit(make_progress("c", "s", 1, 1));
@@ -134,9 +135,9 @@ TEST(StoreGroups, a_call_that_waits_takes_along_what_was_queued_before_it) {
 
 TEST(StoreGroups, a_play_does_not_wait_for_samples_nor_samples_for_plays) {
   TemporaryDirectory directory;
-  Store::Options options;
+  StoreOptions options;
   options.batch_seconds = 2;
-  Store store(directory.file(), options);
+  database::SqliteStore store(directory.file(), options);
   fill(store, 100);
   auto queued = store.commit(make_progress("c", "s", 101, 101));
   const auto start = Clock::now();
@@ -151,23 +152,23 @@ TEST(StoreGroups, what_is_queued_is_committed_when_the_store_closes) {
   TemporaryDirectory directory;
   std::future<std::uint64_t> queued;
   {
-    Store::Options options;
+    StoreOptions options;
     options.batch_seconds = 3600;
-    Store store(directory.file(), options);
+    database::SqliteStore store(directory.file(), options);
     store.add_scenario(make_scenario("s"));
     store.add_chains({make_chain("c", "s")});
     queued = store.commit(make_progress("c", "s", 1, 5));
   }
   EXPECT_EQ(queued.get(), 5u);
-  EXPECT_EQ(Store(directory.file()).sample_count("s"), 5u);
+  EXPECT_EQ(database::SqliteStore(directory.file()).sample_count("s"), 5u);
 }
 
 TEST(StoreGroups, a_job_that_fails_spoils_no_other_of_its_group) {
   TemporaryDirectory directory;
-  Store::Options options;
+  StoreOptions options;
   options.batch_rows = 3;
   options.batch_seconds = 3600;
-  Store store(directory.file(), options);
+  database::SqliteStore store(directory.file(), options);
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s"), make_chain("d", "s"), make_chain("e", "s")});
   auto bad = make_progress("d", "s", 1, 1);
@@ -195,9 +196,9 @@ TEST(StoreGroups, a_job_that_fails_spoils_no_other_of_its_group) {
 
 TEST(StoreFullDisk, every_job_of_the_group_fails_and_the_next_group_tries_again) {
   TemporaryDirectory directory;
-  Store::Options options;
+  StoreOptions options;
   options.batch_rows = 2;
-  Store store(directory.file(), options);
+  database::SqliteStore store(directory.file(), options);
   fill(store, 10);
   store.play("s", "alice", "");
   disk().write_error = ENOSPC;
@@ -220,7 +221,7 @@ TEST(StoreFullDisk, every_job_of_the_group_fails_and_the_next_group_tries_again)
 
 TEST(StoreFullDisk, a_flush_that_fails_is_a_commit_that_fails) {
   TemporaryDirectory directory;
-  Store store(directory.file(), prompt());
+  database::SqliteStore store(directory.file(), prompt());
   fill(store, 10);
   disk().flush_error = EIO;
   const auto failure = failure_of([&] { store.commit(make_progress("c", "s", 11, 11)).get(); });
@@ -232,7 +233,7 @@ TEST(StoreFullDisk, a_flush_that_fails_is_a_commit_that_fails) {
 
 TEST(StoreFullDisk, plays_that_cannot_be_flushed_are_reported_and_flushed_later) {
   TemporaryDirectory directory;
-  Store store(directory.file(), prompt());
+  database::SqliteStore store(directory.file(), prompt());
   fill(store, 10);
   disk().flush_error = EIO;
   EXPECT_TRUE(store.play("s", "alice", ""));
@@ -244,7 +245,7 @@ TEST(StoreFullDisk, plays_that_cannot_be_flushed_are_reported_and_flushed_later)
 
 TEST(StoreFullDisk, a_backup_that_does_not_fit_leaves_nothing_behind) {
   TemporaryDirectory directory;
-  Store store(directory.file());
+  database::SqliteStore store(directory.file());
   fill(store, 100);
   disk().write_error = ENOSPC;
   const auto failure = failure_of([&] { store.backup(directory.file("copy.db")); });
@@ -260,7 +261,7 @@ TEST(StoreFullDisk, a_backup_that_does_not_fit_leaves_nothing_behind) {
 // Fills a store until its commits fail, in a child process; then makes room. Says 0, or at which step it went
 // wrong.
 int run_full(const std::string& path, const std::string& reason, const std::function<void()>& make_room) {
-  Store store(path, prompt());
+  database::SqliteStore store(path, prompt());
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   std::uint64_t committed = 0;
@@ -313,7 +314,7 @@ TEST(StoreFullDisk, a_file_that_may_not_grow_any_more) {
               });
             }),
             0);
-  Store store(directory.file());
+  database::SqliteStore store(directory.file());
   EXPECT_TRUE(store.check().empty());
 }
 

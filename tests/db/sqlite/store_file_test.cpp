@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "db/sqlite/schema.h"
+#include "db/sqlite/sqlite_store.h"
 #include "tests/db/fixture.h"
 
 namespace retake::test {
@@ -16,9 +17,9 @@ using database::Connection;
 // What the message of the StoreError says, or "opened".
 std::string refusal(const std::string& path, bool read_only = false) {
   try {
-    Store::Options options;
+    StoreOptions options;
     options.read_only = read_only;
-    Store store(path, options);
+    database::SqliteStore store(path, options);
     return "opened";
   } catch (const StoreError& error) {
     return error.what();
@@ -45,7 +46,7 @@ void execute(const std::string& path, const std::string& script) {
 
 TEST(StoreFile, a_new_file_bears_our_marks) {
   TemporaryDirectory directory;
-  Store store(directory.file());
+  database::SqliteStore store(directory.file());
   EXPECT_EQ(number(directory.file(), "PRAGMA application_id"), 0x52544b45);
   EXPECT_EQ(number(directory.file(), "PRAGMA user_version"),
             static_cast<std::int64_t>(database::migrations().size()));
@@ -57,7 +58,7 @@ TEST(StoreFile, a_new_file_bears_our_marks) {
 
 TEST(StoreFile, every_table_is_strict) {
   TemporaryDirectory directory;
-  Store store(directory.file());
+  database::SqliteStore store(directory.file());
   EXPECT_EQ(
       number(directory.file(),
              "SELECT count(*) FROM pragma_table_list WHERE schema = 'main' AND type = 'table' AND NOT strict"
@@ -68,7 +69,7 @@ TEST(StoreFile, every_table_is_strict) {
 TEST(StoreFile, an_empty_file_becomes_a_store) {
   TemporaryDirectory directory;
   std::ofstream(directory.file()).flush();
-  Store store(directory.file());
+  database::SqliteStore store(directory.file());
   EXPECT_TRUE(store.add_scenario(make_scenario("s")).created);
 }
 
@@ -94,7 +95,7 @@ TEST(StoreFile, another_programs_database_is_left_alone) {
 
 TEST(StoreFile, a_newer_schema_is_refused) {
   TemporaryDirectory directory;
-  { Store store(directory.file()); }
+  { database::SqliteStore store(directory.file()); }
   execute(directory.file(), "PRAGMA user_version = 1000");
   expect_refusal(directory.file(), "was written by a newer Retake");
   expect_refusal(directory.file(), "was written by a newer Retake", true);
@@ -113,7 +114,7 @@ TEST(StoreFile, names_that_mean_something_to_sqlite_are_ordinary_files) {
   const auto before = std::filesystem::current_path();
   std::filesystem::current_path(std::filesystem::path(directory.file()).parent_path());
   for (const char* name : {":memory:", "file:x.db?mode=memory", "100%41.db"}) {
-    Store store(name);
+    database::SqliteStore store(name);
     EXPECT_TRUE(std::filesystem::exists(directory.file(name))) << name;
   }
   std::filesystem::current_path(before);
@@ -122,12 +123,12 @@ TEST(StoreFile, names_that_mean_something_to_sqlite_are_ordinary_files) {
 TEST(StoreFile, everything_is_in_one_file_once_the_store_is_closed) {
   TemporaryDirectory directory;
   {
-    Store store(directory.file());
+    database::SqliteStore store(directory.file());
     fill(store, 50);
     EXPECT_TRUE(std::filesystem::exists(directory.file("retake.db-wal")));
   }
   EXPECT_FALSE(std::filesystem::exists(directory.file("retake.db-wal")));
-  Store store(directory.file());
+  database::SqliteStore store(directory.file());
   EXPECT_EQ(store.sample_count("s"), 50u);
 }
 
@@ -136,7 +137,7 @@ TEST(StoreFile, everything_is_in_one_file_once_the_store_is_closed) {
 TEST(StoreFile, a_second_daemon_is_refused) {
   TemporaryDirectory directory;
   {
-    Store store(directory.file());
+    database::SqliteStore store(directory.file());
     expect_refusal(directory.file(), "is in use by another daemon");
     std::filesystem::create_symlink(directory.file(), directory.file("link.db"));
     EXPECT_NE(refusal(directory.file("link.db")).find("in use"), std::string::npos);
@@ -150,7 +151,7 @@ TEST(StoreFile, a_daemon_in_another_process_is_seen_and_its_death_too) {
   ASSERT_EQ(::pipe(ready), 0);
   const auto child = ::fork();
   if (child == 0) {
-    Store store(directory.file());
+    database::SqliteStore store(directory.file());
     [[maybe_unused]] const auto written = ::write(ready[1], "x", 1);
     ::pause();
     ::_exit(1);
@@ -168,11 +169,11 @@ TEST(StoreFile, a_daemon_in_another_process_is_seen_and_its_death_too) {
 
 TEST(StoreFile, a_read_only_store_sees_what_a_daemon_commits_and_writes_nothing) {
   TemporaryDirectory directory;
-  Store store(directory.file(), prompt());
+  database::SqliteStore store(directory.file(), prompt());
   fill(store, 3);
-  Store::Options options;
+  StoreOptions options;
   options.read_only = true;
-  Store reader(directory.file(), options);
+  database::SqliteStore reader(directory.file(), options);
   EXPECT_EQ(reader.sample_count("s"), 3u);
   store.commit(make_progress("c", "s", 4, 4)).get();
   EXPECT_EQ(reader.sample_count("s"), 4u);
@@ -199,16 +200,16 @@ TEST(StoreFile, a_read_only_store_needs_a_store) {
 TEST(StoreFile, a_closed_store_can_be_read) {
   TemporaryDirectory directory;
   {
-    Store store(directory.file());
+    database::SqliteStore store(directory.file());
     fill(store, 3);
   }
-  Store::Options options;
+  StoreOptions options;
   options.read_only = true;
   {
-    Store reader(directory.file(), options);
+    database::SqliteStore reader(directory.file(), options);
     EXPECT_EQ(reader.sample_count("s"), 3u);
   }
-  Store store(directory.file());
+  database::SqliteStore store(directory.file());
   EXPECT_EQ(store.sample_count("s"), 3u);
 }
 
@@ -253,7 +254,7 @@ TEST(StoreMigrations, a_file_of_version_1_keeps_what_it_holds) {
       INSERT INTO sample_blob VALUES (1, x'02', x'03');)sql");
   }
   expect_refusal(directory.file(), "was written by an older Retake", true);
-  Store store(directory.file(), prompt());
+  database::SqliteStore store(directory.file(), prompt());
   EXPECT_EQ(number(directory.file(), "PRAGMA user_version"),
             static_cast<std::int64_t>(database::migrations().size()));
   EXPECT_TRUE(store.check().empty());
@@ -307,7 +308,7 @@ TEST(StoreMigrations, a_script_that_breaks_references_is_undone) {
 
 TEST(StoreBackup, a_copy_is_a_store_of_its_own) {
   TemporaryDirectory directory;
-  Store store(directory.file());
+  database::SqliteStore store(directory.file());
   fill(store, 100);
   store.play("s", "alice", "");
   store.backup(directory.file("copy.db"));
@@ -317,7 +318,7 @@ TEST(StoreBackup, a_copy_is_a_store_of_its_own) {
     copies += entry.path().filename().string().rfind("copy", 0) == 0 ? 1 : 0;
   }
   EXPECT_EQ(copies, 1);
-  Store copy(directory.file("copy.db"));
+  database::SqliteStore copy(directory.file("copy.db"));
   EXPECT_EQ(copy.sample_count("s"), 100u);
   EXPECT_EQ(copy.sample_animation("c-77"), "animation of 77");
   EXPECT_EQ(copy.play("s", "alice", "")->sample.id, "c-2");
@@ -326,7 +327,7 @@ TEST(StoreBackup, a_copy_is_a_store_of_its_own) {
 
 TEST(StoreBackup, an_existing_file_is_not_touched) {
   TemporaryDirectory directory;
-  Store store(directory.file());
+  database::SqliteStore store(directory.file());
   std::ofstream(directory.file("copy.db")) << "precious";
   EXPECT_THROW(store.backup(directory.file("copy.db")), StoreError);
   EXPECT_THROW(store.backup(directory.file()), StoreError);
@@ -335,7 +336,7 @@ TEST(StoreBackup, an_existing_file_is_not_touched) {
 
 TEST(StoreBackup, a_copy_that_cannot_be_written_leaves_nothing_behind) {
   TemporaryDirectory directory;
-  Store store(directory.file());
+  database::SqliteStore store(directory.file());
   EXPECT_THROW(store.backup(directory.file("missing/copy.db")), StoreError);
   EXPECT_THROW(store.backup("/dev/full/copy.db"), StoreError);
   EXPECT_EQ(store.last_error(), "");
@@ -349,12 +350,12 @@ class StoreCheck : public testing::Test {
   std::vector<std::string> faults_after(const std::string& script) {
     TemporaryDirectory directory;
     {
-      Store store(directory.file());
+      database::SqliteStore store(directory.file());
       fill(store, 10);
       store.play("s", "alice", "");
     }
     execute(directory.file(), script);
-    return Store(directory.file()).check();
+    return database::SqliteStore(directory.file()).check();
   }
 };
 
@@ -387,7 +388,7 @@ TEST_F(StoreCheck, a_scenario_without_stock_is_found) {
 TEST_F(StoreCheck, damaged_pages_are_found) {
   TemporaryDirectory directory;
   {
-    Store store(directory.file());
+    database::SqliteStore store(directory.file());
     fill(store, 2000);
   }
   {
@@ -398,9 +399,9 @@ TEST_F(StoreCheck, damaged_pages_are_found) {
       file << std::string(600, '\x5a');
     }
   }
-  Store::Options options;
+  StoreOptions options;
   options.read_only = true;
-  EXPECT_FALSE(Store(directory.file(), options).check().empty());
+  EXPECT_FALSE(database::SqliteStore(directory.file(), options).check().empty());
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // Views: measures of every kind as JSON, in samples and in traces.
 #include "server/api/views.h"
+#include "server/chains/measures.h"
 
 #include <vector>
 

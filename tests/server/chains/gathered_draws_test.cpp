@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "db/store.h"
+#include "db/open_store.h"
 #include "tests/server/child_process.h"
 
 namespace retake {
@@ -27,7 +27,8 @@ NewSample sample(std::uint64_t iteration, std::uint32_t replica, std::uint64_t w
 
 TEST(GatheredDraws, AreTheStoresWhateverTheWeightsReplicasAndParts) {
   test::TemporaryFolder folder;
-  Store store((folder / "retake.db").string());
+  const auto opened = open_store((folder / "retake.db").string());
+  Store& store = *opened;
   ScenarioRecord scenario;
   scenario.id = "s";
   store.add_scenario(scenario);

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "db/open_store.h"
 #include "sampler/check.h"
 #include "server/api/views.h"
 #include "tests/server/daemon.h"
@@ -18,8 +19,9 @@ using namespace test;
 class ThreadsPilot : public ::testing::Test {
  protected:
   struct Parts {
-    explicit Parts(const std::string& path) : store(path), library(store) {}
-    Store store;
+    explicit Parts(const std::string& path) : opened(open_store(path)), library(store) {}
+    std::unique_ptr<Store> opened;
+    Store& store = *opened;
     ScenarioLibrary library;
     EventHub events;
   };

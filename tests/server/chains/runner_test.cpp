@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "db/store.h"
+#include "db/open_store.h"
 #include "server/chains/identifiers.h"
 #include "server/chains/scenario_library.h"
 #include "tests/server/daemon.h"
@@ -23,8 +23,9 @@ class ThreadsRunner : public ::testing::Test {
  protected:
   struct Parts {
     explicit Parts(const std::string& path, std::size_t threads)
-        : store(path), library(store), runner(store, library, events, {.threads = threads}) {}
-    Store store;
+        : opened(open_store(path)), library(store), runner(store, library, events, {.threads = threads}) {}
+    std::unique_ptr<Store> opened;
+    Store& store = *opened;
     ScenarioLibrary library;
     EventHub events;
     Runner runner;
@@ -247,7 +248,8 @@ TEST_F(ThreadsRunner, A_scenario_deleted_under_its_chains_takes_them_along) {
 }
 
 TEST_F(ThreadsRunner, A_chain_ends_when_its_scenario_holds_as_many_samples_as_allowed) {
-  Store store((folder / "retake.db").string());
+  const auto opened = open_store((folder / "retake.db").string());
+  Store& store = *opened;
   ScenarioLibrary library(store);
   EventHub events;
   Runner runner(store, library, events, {.threads = 1, .most_samples_per_scenario = 100});

@@ -16,6 +16,7 @@
 
 #include "server/http/representation.h"
 #include "server/http/server.h"
+#include "server/http/settings.h"
 #include "tests/server/http/test_routes.h"
 #include "tests/server/raw_client.h"
 

@@ -1,6 +1,8 @@
 // What HttpServer answers: routes, errors in one shape, validators, compression, access, streams. API.md,
 // "Conventions".
+#include "server/http/message.h"
 #include "server/http/server.h"
+#include "server/http/settings.h"
 
 #include <chrono>
 #include <string>

@@ -14,7 +14,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "server/http/message.h"
+#include "server/http/problem.h"
 #include "server/http/server.h"
+#include "server/http/settings.h"
 #include "tests/server/raw_client.h"
 
 namespace retake::test {

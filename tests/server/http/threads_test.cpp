@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/http/server.h"
+#include "server/http/settings.h"
 #include "tests/server/http/test_routes.h"
 #include "tests/server/raw_client.h"
 

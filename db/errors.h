@@ -1,0 +1,27 @@
+// What a Store throws: the environment failed, or the caller is wrong.
+// DESIGN section 5. Callers must not learn from them which database it is.
+#pragma once
+
+#include <stdexcept>
+
+namespace retake {
+
+/// The store cannot do what was asked: names the operation and the thing (file, table), never SQL.
+class StoreError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A page cursor that this store did not hand out, or handed out for another listing.
+class BadCursor : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// An idempotency key came again with another request.
+class IdempotencyConflict : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+}  // namespace retake

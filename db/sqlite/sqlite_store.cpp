@@ -1,0 +1,235 @@
+// See sqlite_store.h.
+#include "db/sqlite/sqlite_store.h"
+
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "db/sqlite/chain_rows.h"
+#include "db/sqlite/play_rows.h"
+#include "db/sqlite/sample_rows.h"
+#include "db/sqlite/scenario_rows.h"
+#include "db/sqlite/store_file.h"
+
+namespace retake::database {
+
+SqliteStore::SqliteStore(const std::string& path, const StoreOptions& options) : path_(absolute_path(path)) {
+  try {
+    if (!options.read_only) {
+      lock_ = std::make_unique<FileLock>(path_ + ".lock");
+      auto connection = open_to_write(path_);
+      readers_ = std::make_unique<Readers>(path_, options.reader_connections);
+      start_writer(std::move(connection), options);
+    } else {
+      require_current(path_);
+      readers_ = std::make_unique<Readers>(path_, options.reader_connections);
+    }
+  } catch (const StoreError&) {
+    throw;
+  } catch (const LockedElsewhere&) {
+    throw StoreError("store: " + path_ + " is in use by another daemon");
+  } catch (const std::exception& error) {
+    throw StoreError("store: cannot open " + path_ + ": " + error.what());
+  }
+}
+
+template <typename Work>
+auto SqliteStore::read(const char* what, Work work) const {
+  try {
+    Readers::Loan loan(*readers_);
+    return work(loan.connection());
+  } catch (const DatabaseError& error) {
+    throw StoreError(std::string("store: cannot read ") + what + " from " + path_ + ": " + error.what());
+  }
+}
+
+template <typename Work>
+auto SqliteStore::submit(Urgency urgency, std::size_t rows, const char* operation, Work work) {
+  return writer().submit(urgency, rows, operation, std::move(work));
+}
+
+template <typename Work>
+auto SqliteStore::write(const char* operation, Work work) {
+  return submit(Urgency::immediate, 0, operation, std::move(work)).get();
+}
+
+Writer& SqliteStore::writer() {
+  if (!writer_) throw StoreError("store: " + path_ + " is open for reading only");
+  return *writer_;
+}
+
+void SqliteStore::start_writer(std::unique_ptr<Connection> connection, const StoreOptions& options) {
+  writer_ = std::make_unique<Writer>(std::move(connection),
+                                     Writer::Options{
+                                         .path = path_,
+                                         .batch_rows = options.batch_rows,
+                                         .batch_time = std::chrono::duration<double>(options.batch_seconds),
+                                         .rolled_back = [this] { frontiers_.clear(); },
+                                         .upkeep = purge,
+                                     });
+}
+
+// --- Scenarios ---------------------------------------------------------------------------------
+
+AddedScenario SqliteStore::add_scenario(const ScenarioRecord& scenario) {
+  return write("add a scenario to",
+               [&](Connection& connection) { return insert_scenario(connection, scenario); });
+}
+
+bool SqliteStore::delete_scenario(std::string_view id) {
+  const bool deleted = write("delete a scenario from",
+                             [&](Connection& connection) { return database::delete_scenario(connection, id); });
+  if (deleted) writer().wake_upkeep();
+  return deleted;
+}
+
+std::optional<ScenarioRecord> SqliteStore::scenario(std::string_view id) const {
+  return read("a scenario", [&](Connection& connection) { return load_scenario(connection, id); });
+}
+
+Page<ScenarioRecord> SqliteStore::scenarios(std::size_t limit, std::string_view cursor) const {
+  return read("scenarios", [&](Connection& connection) { return load_scenarios(connection, limit, cursor); });
+}
+
+std::vector<std::string> SqliteStore::scenarios_without_pilot() const {
+  return read("scenarios", load_scenarios_without_pilot);
+}
+
+bool SqliteStore::set_pilot(std::string_view id, const PilotTally& pilot) {
+  return write("write a pilot to",
+               [&](Connection& connection) { return write_pilot(connection, id, pilot); });
+}
+
+std::uint64_t SqliteStore::sample_count(std::string_view scenario) const {
+  return read("a scenario", [&](Connection& connection) { return count_samples(connection, scenario); });
+}
+
+// --- Chains ------------------------------------------------------------------------------------
+
+void SqliteStore::add_chains(const std::vector<ChainRecord>& chains) {
+  for (const auto& chain : chains) {
+    if (chain.id.empty() || chain.id.find('-') != std::string::npos) {
+      throw std::logic_error("a chain's id must not be empty nor hold '-': " + chain.id);
+    }
+  }
+  write("add chains to", [&](Connection& connection) {
+    for (const auto& chain : chains) {
+      if (!insert_chain(connection, chain)) {
+        throw StoreError("store: cannot add chains to " + path_ + ": there is no scenario " + chain.scenario);
+      }
+    }
+    return true;
+  });
+}
+
+std::optional<ChainRecord> SqliteStore::chain(std::string_view id) const {
+  return read("a chain", [&](Connection& connection) { return load_chain(connection, id); });
+}
+
+std::vector<ChainRecord> SqliteStore::chains(std::string_view scenario) const {
+  return read("chains", [&](Connection& connection) { return load_chains(connection, scenario); });
+}
+
+std::vector<ChainRecord> SqliteStore::chains_in_states(const std::vector<ChainState>& states) const {
+  return read("chains", [&](Connection& connection) { return load_chains_in_states(connection, states); });
+}
+
+std::string SqliteStore::checkpoint(std::string_view chain) const {
+  return read("a checkpoint", [&](Connection& connection) { return load_checkpoint(connection, chain); });
+}
+
+void SqliteStore::set_chain_state(std::string_view id, ChainState state, std::string_view ended_by,
+                                  std::string_view error) {
+  write("set the state of a chain in", [&](Connection& connection) {
+    update_chain_state(connection, id, state, ended_by, error);
+    return true;
+  });
+}
+
+std::future<std::uint64_t> SqliteStore::commit(ChainProgress progress) {
+  const auto rows = progress.samples.size();
+  // Somebody waits for a chain that pauses or ends.
+  const Urgency urgency = progress.state ? Urgency::immediate : Urgency::batched;
+  return submit(urgency, rows, "write a chain's progress to",
+                [progress = std::move(progress)](Connection& connection) {
+                  return write_progress(connection, progress);
+                });
+}
+
+std::vector<std::string> SqliteStore::trace(std::string_view chain) const {
+  return read("a trace", [&](Connection& connection) { return load_trace(connection, chain); });
+}
+
+// --- Samples -----------------------------------------------------------------------------------
+
+Page<SampleRecord> SqliteStore::samples(std::string_view scenario, SampleOrder order, std::size_t limit,
+                                        std::string_view cursor) const {
+  return read("samples", [&](Connection& connection) {
+    return load_samples(connection, scenario, order, limit, cursor);
+  });
+}
+
+std::optional<SampleRecord> SqliteStore::sample(std::string_view id) const {
+  return read("a sample", [&](Connection& connection) { return load_sample(connection, id); });
+}
+
+std::optional<std::string> SqliteStore::sample_state(std::string_view id) const {
+  return read("a sample", [&](Connection& connection) { return load_state(connection, id); });
+}
+
+std::optional<std::string> SqliteStore::sample_animation(std::string_view id) const {
+  return read("a sample", [&](Connection& connection) { return load_animation(connection, id); });
+}
+
+std::vector<DrawRecord> SqliteStore::draws(std::string_view chain, std::size_t most,
+                                           std::uint64_t from_iteration) const {
+  return read("draws",
+              [&](Connection& connection) { return load_draws(connection, chain, most, from_iteration); });
+}
+
+// --- Plays -------------------------------------------------------------------------------------
+
+std::optional<PlayRecord> SqliteStore::play(std::string_view scenario, std::string_view player,
+                                            std::string_view idempotency_key) {
+  auto played = submit(Urgency::play, 0, "write a play to", [&](Connection& connection) {
+    return write_play(connection, frontiers_, scenario, player, idempotency_key);
+  });
+  return played.get();
+}
+
+// --- Service -----------------------------------------------------------------------------------
+
+std::string SqliteStore::last_error() const {
+  return writer_ ? writer_->last_error() : std::string();
+}
+
+StoreTotals SqliteStore::totals() const {
+  auto totals = read("totals", load_totals);
+  for (const char* file : {"", "-wal"}) {
+    std::error_code missing;
+    const auto bytes = std::filesystem::file_size(path_ + file, missing);
+    if (!missing) totals.file_bytes += bytes;
+  }
+  if (writer_) {
+    totals.queued_commits = writer_->queued_jobs();
+    totals.failed_commits = writer_->failed_jobs();
+  }
+  return totals;
+}
+
+void SqliteStore::backup(const std::string& path) const {
+  read("a backup", [&](Connection& connection) { write_backup(connection, absolute_path(path)); });
+}
+
+std::vector<std::string> SqliteStore::check() const {
+  try {
+    return read("the file", find_faults);
+  } catch (const StoreError& error) {
+    return {error.what()};
+  }
+}
+
+}  // namespace retake::database
