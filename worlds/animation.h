@@ -66,10 +66,12 @@ struct Body {
   Pose pose{};                         ///< of a body that stands still
 };
 
-/// The poses of one moving body, a frame each 1/rate seconds from time 0.
+/// The poses of one moving body, a frame each 1/rate seconds from time 0. Before `from` nobody sees or meets
+/// it, and its frames are its start.
 struct Track {
   std::string name{};            ///< of the body
-  Pose start{};                  ///< in which the animation begins
+  Pose start{};                  ///< in which it appears
+  double from = 0;               ///< [s] before this the body is not there; its motion is known when it is
   Pose rest{};                   ///< in which the animation ends; without frames unknown of what has fallen
   std::optional<double> fell{};  ///< [s] when it fell over, or off what carried it, for good
   std::optional<double> settled{};  ///< [s] when it came to rest, in `rest`, for good; none: not known

@@ -153,6 +153,54 @@ test("the camera stands where the world says, and a viewpoint that is none is ig
   }
 });
 
+test("a body has no picture, shadow or mirror image before it is there", async () => {
+  const whole = lateBall(0.5);
+  const empty = { ...whole, bodies: whole.bodies.filter(({ track }) => track === undefined), tracks: [] };
+  const seen = async (document, time) => {
+    const { page, faults, close } = await newPage(browser);
+    await page.route("**/keyframes*", async (route) => route.fulfill({ json: document }));
+    const [{ id }] = (await api(program, "/v1/scenarios")).scenarios;
+    const [sample] = (await api(program, `/v1/scenarios/${id}/samples?limit=1`)).samples;
+    await page.goto(`${program.address}?scenario=${id}&sample=${sample.id}&t=${time}&path=off`);
+    await page.locator(".player .picture.drawn").waitFor();
+    await shows(page, ".picture", 20);
+    const pixels = await page.locator(".picture").evaluate(async (element) => {
+      await new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)));
+      const canvas = document.querySelector("canvas.stage");
+      const origin = canvas.getBoundingClientRect();
+      const { left, top, width, height } = element.getBoundingClientRect();
+      const copy = new OffscreenCanvas(Math.round(width), Math.round(height));
+      const context = copy.getContext("2d");
+      context.drawImage(canvas, origin.left - left, origin.top - top, origin.width, origin.height);
+      const { data } = context.getImageData(0, 0, copy.width, copy.height);
+      const digest = await crypto.subtle.digest("SHA-256", data);
+      return [...new Uint8Array(digest)].join(" ");
+    });
+    await picture(page, `late-ball-${document.tracks.length}-${time}`);
+    assert.deepEqual(faults, []);
+    await close();
+    return pixels;
+  };
+  const nobody = await seen(empty, 0.25);
+  assert.equal(await seen(whole, 0.25), nobody, "before");
+  assert.notEqual(await seen(whole, 0.5), nobody, "from then on");
+  assert.notEqual(await seen(lateBall(), 0.25), nobody, "one that is there from the start");
+});
+
+/** A ball above a varnished lane. @param {number} [from] [s] when it appears */
+function lateBall(from) {
+  const frames = 31;
+  const still = { position: [0, -0.05, 0], rotation: [0, 0, 0, 1] };
+  const bodies = [
+    { name: "ball", shape: { type: "sphere", radius: 0.15 }, color: "#b23a48", track: 0 },
+    { name: "lane", shape: { type: "box", half_extents: [1, 0.05, 0.6] }, color: "#c69c6d", ...still },
+  ];
+  const over = (values) => Array.from({ length: frames }, () => values).flat();
+  const track = { position: over([0, 0.3, 0]), rotation: over([0, 0, 0, 1]), ...(from === undefined ? {} : { from }) };
+  const view = { center: [0, 0.2, 0], half_extents: [0.8, 0.4, 0.4], azimuth: 0.3, elevation: 0.5 };
+  return { format: "retake.keyframes/1", sample: "x", world: "x", world_version: 1, rate: 30, frames, duration: 1, bodies, tracks: [track], events: [], view };
+}
+
 /** A document with each kind of shape in motion, and one shape that no contract knows. */
 function everyShape() {
   const shapes = {

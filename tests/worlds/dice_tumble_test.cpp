@@ -184,6 +184,33 @@ TEST(DiceTumble, WhatWasNeverTouchedDoesNotMatter) {
   }
 }
 
+TEST(DiceTumble, NobodyMeetsADieThatIsYetToBeThrown) {
+  DiceTable table({.dice = 2});
+  for (std::uint64_t number = 0; number < 20; ++number) {
+    TumbleScene alone = table.draw_scene(411, number), both = alone;
+    alone.dice.resize(1);
+    Tumble lonely, follows, from_scratch;
+    ASSERT_EQ(table.tumbler.simulate(alone, nullptr, &lonely).end, dice::TumbleEnd::rests);
+    // The second one is to be thrown where the first comes to rest, when it has long done so.
+    both.dice[1].step = lonely.step_count + 100;
+    both.dice[1].state.position = lonely.paths[0]->states.back().position;
+    both.latest_step += both.dice[1].step;
+    table.tumbler.simulate(both, nullptr, &from_scratch);
+    TumbleScene before = both;
+    before.dice[1].state.position.y() += 0.1;
+    Tumble record;
+    ASSERT_EQ(table.tumbler.simulate(before, nullptr, &record).end, dice::TumbleEnd::rests);
+    table.tumbler.simulate(both, &record, &follows);
+    for (const Tumble* run : {&from_scratch, &follows}) {
+      for (std::int64_t step = 0; step < both.dice[1].step; ++step)
+        ASSERT_TRUE(run->paths[0]->at(step).same_bits(lonely.paths[0]->at(step))) << number << ' ' << step;
+      for (const dice::Meeting& meeting : run->meetings)
+        ASSERT_GE(meeting.step, both.dice[1].step);
+      ASSERT_FALSE(run->meetings.empty()) << "then it is there";
+    }
+  }
+}
+
 TEST(DiceTumble, DiceMeetAndWakeThoseThatRest) {
   DiceTable table({.dice = 4, .start_spread = 0.001, .interval = 0.8});
   int met = 0, woken = 0;

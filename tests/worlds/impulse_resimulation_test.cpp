@@ -192,6 +192,29 @@ TEST(ImpulseResimulation, SwappedDropsOfOneTimeAreToldApartByThoseThatMeetThem) 
   EXPECT_TRUE(second.motions[3]->states.back().same_bits(first.motions[3]->states.back()));
 }
 
+TEST(ImpulseResimulation, NobodyMeetsASphereThatIsYetToBeBorn) {
+  const Marbles marbles = hi();
+  Resimulation resimulation({}, marbles.box.make_surface());
+  RandomStream random = stream(523);
+  Scene alone = draw_scene(marbles, random);
+  for (int i = 0; i < 20; ++i) {
+    alone.bodies.assign(2, std::nullopt);
+    alone.bodies[0] = draw_drop(marbles, 0, random);
+    impulse::Run lonely, from_scratch, follows;
+    resimulation.simulate(alone, nullptr, &lonely);
+    const Motion& motion = *lonely.motions[0];
+    // In the way of the first one, and to be born there when that has long come to rest.
+    Scene both = alone;
+    const auto middle = motion.states.begin() + motion.step_count() / 2;
+    both.bodies[1] = Drop{motion.step_count() + 50, middle->position};
+    resimulation.simulate(both, nullptr, &from_scratch);
+    resimulation.simulate(both, &lonely, &follows);
+    EXPECT_TRUE(same_bits(*from_scratch.motions[0], motion)) << i;
+    EXPECT_TRUE(same_bits(*follows.motions[0], motion)) << i;
+    EXPECT_EQ(difference(follows, from_scratch), "") << i;
+  }
+}
+
 TEST(ImpulseResimulation, ARunThatIsStoppedEndsWhereItIsTold) {
   const Marbles marbles = hi();
   Resimulation resimulation({}, marbles.box.make_surface());

@@ -59,6 +59,7 @@ TEST(SpellingPour, MeasuresSayWhatTheAnimationShows) {
       EXPECT_EQ(take.animation.bodies[track].track, track);
       ++track;
       EXPECT_EQ(shown.start.position, Eigen::Vector3d(state[3 * ball + 1], 0.072, state[3 * ball + 2]));
+      EXPECT_NEAR(shown.from, 0.15 * ball, 1e-12) << "whether or not those before it take part";
       const auto lies_in = box.bin_of(shown.rest.position);
       EXPECT_EQ(lies_in.has_value(), !std::isnan(bin));
       if (lies_in) {
@@ -102,7 +103,8 @@ TEST(SpellingPour, TheSlotOfABallDoesNotDependOnTheOthers) {
   for (std::size_t track = 0; track < some.tracks.size(); ++track)
     EXPECT_EQ(some.tracks[track].positions.leftCols(kFrames), all.tracks[track].positions.leftCols(kFrames));
   const Track& later = all.tracks[some.tracks.size()];
-  EXPECT_EQ(later.positions.col(kFrames - 1), later.start.position) << "it waits";
+  EXPECT_NEAR(later.from, 0.6, 1e-12);
+  EXPECT_EQ(later.positions.col(kFrames), later.start.position) << "it is let go";
   EXPECT_LT(later.positions(1, kFrames + 6), 0.072 - 0.04) << "it falls";
 }
 

@@ -208,6 +208,51 @@ TEST(TermStateAt, IsKnownOnceTheFramesAroundAre) {
   }
 }
 
+TEST(TermStateAt, ABodyIsNowhereBeforeItIsThere) {
+  // It waits until 0.5 s, then it goes along x.
+  Animation whole = moving([](double t) { return Vector3d(std::max(0.0, t - 0.5), 0, 0); }, 11);
+  whole.tracks[0].from = 0.5;
+  const auto said = [&](double time) {
+    const auto term =
+        read(state_at_term(table_top()),
+             {{"body", "die"}, {"time", time}, {"position", {0, 0, 0}}, {"velocity", {1, 0, 0}}});
+    Animation nothing = whole;
+    nothing.frames = 0;
+    const Said now = judge(*term, whole);
+    EXPECT_EQ(term->upper_bound(nothing), time < 0.5 ? now.log_density : 0) << "known before it begins";
+    return now;
+  };
+  for (const double time : {0.0, 0.3, 0.4999}) {
+    EXPECT_TRUE(std::isnan(said(time).measures[0]) && std::isnan(said(time).measures[1])) << time;
+    EXPECT_NEAR(said(time).log_density, half_square(1000), 1e-6) << "as far away as what takes no part";
+    EXPECT_FALSE(said(time).satisfied);
+  }
+  EXPECT_TRUE(said(0.5).satisfied);
+  EXPECT_NEAR(said(0.5).measures[0], 0, 1e-12);
+  EXPECT_NEAR(said(0.5).measures[1], 0, 1e-12) << "frames in which it waited say nothing of its velocity";
+  EXPECT_NEAR(said(0.55).measures[1], 0, 1e-12);
+}
+
+TEST(TermStateAt, IsBoundedByNoLessThanComesOfABodyThatAppearsBetweenFrames) {
+  Animation whole = moving([](double t) { return Vector3d(std::max(0.0, t - 0.45), 0, 0); }, 11);
+  whole.tracks[0].from = 0.45;
+  for (const double time : {0.45, 0.48, 0.5, 0.97, 2.0}) {
+    const auto term =
+        read(state_at_term(table_top()), {{"body", "die"}, {"time", time}, {"velocity", {5, 0, 0}}});
+    const double score = judge(*term, whole).log_density;
+    for (std::size_t frames = 0; frames < 11; ++frames) {
+      Animation so_far = whole;
+      so_far.frames = frames;
+      so_far.tracks[0].positions.rightCols(static_cast<Eigen::Index>(11 - frames)).setConstant(-100);
+      EXPECT_GE(term->upper_bound(so_far), score) << time << " after " << frames;
+    }
+  }
+  // One that appears with the last frame only rests.
+  whole.tracks[0].from = 1;
+  const auto term = read(state_at_term(table_top()), {{"body", "die"}, {"time", 1}, {"velocity", {0, 0, 0}}});
+  EXPECT_TRUE(judge(*term, whole).satisfied);
+}
+
 TEST(TermStateAt, RefusesHalfAVectorAndNoneAtAll) {
   const TermKind kind = state_at_term(table_top());
   using Pointers = std::vector<std::string>;
@@ -242,6 +287,27 @@ TEST(TermInside, IsAGaussianOfTheFarthestExcursion) {
   const auto corner = moving([](double) { return Vector3d(1.3, -0.4, 0.5); }, 3);
   EXPECT_NEAR(judge(*read(inside_term(table_top()), {{"body", "die"}, {"box", kCube}}), corner).measures[0],
               0.5, 1e-12);
+}
+
+TEST(TermInside, ABodyIsInAndOutOfNothingBeforeItIsThere) {
+  // It waits outside until 0.95 s, and then goes in.
+  Animation whole = moving([](double t) { return Vector3d(std::max(0.0, 10 * (t - 0.95)), 2 - t, 0.5); }, 16);
+  whole.tracks[0].from = 1;
+  const auto term_of = [](double from, double to) {
+    return read(inside_term(table_top()), {{"body", "die"}, {"box", kCube}, {"from", from}, {"to", to}});
+  };
+  EXPECT_TRUE(judge(*term_of(0, 1.04), whole).satisfied);
+  EXPECT_NEAR(judge(*term_of(0, 1.1), whole).measures[0], 0.5, 1e-12);
+  EXPECT_TRUE(judge(*term_of(1, 1), whole).satisfied);
+  // It cannot stay anywhere as long as it is not there.
+  const Said never = judge(*term_of(0, 0.99), whole);
+  EXPECT_TRUE(std::isnan(never.measures[0]));
+  EXPECT_FALSE(never.satisfied);
+  EXPECT_NEAR(never.log_density, half_square(1000), 1e-6);
+  Animation nothing = whole;
+  nothing.frames = 0;
+  EXPECT_EQ(term_of(0, 0.99)->upper_bound(nothing), never.log_density) << "known before it begins";
+  EXPECT_EQ(term_of(0, 1)->upper_bound(nothing), 0);
 }
 
 TEST(TermInside, AnExcursionIsForGood) {

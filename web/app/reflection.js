@@ -36,6 +36,7 @@ export class Reflection extends THREE.Group {
   /** Follows the bodies to where they are now. */
   follow() {
     for (const { image, mesh } of this.images) {
+      image.visible = mesh.visible;
       image.position.copy(mesh.position);
       image.quaternion.copy(mesh.quaternion);
     }

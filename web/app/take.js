@@ -14,6 +14,7 @@ const MOST_CONTACTS = 240;
 const FEW_CONTACTS = 24; // with more contacts than these, an arrow is only shown for a while
 const ARROW_STAYS = 0.4; // [s]
 const STIRRED = 0.01; // [m] from where it stood
+const ROUNDING = 1e-6; // [s] to which keyframes tell times
 const LEAD = 1; // [s] before a second body begins to move
 const CONTACT_COLOR = "#cf3f2e";
 
@@ -88,12 +89,13 @@ export class Take {
     mesh.receiveShadow = known;
     this.group.add(mesh);
     if (body.track === undefined) return stand(mesh, body);
-    const { position, rotation } = tracks[body.track];
+    const { position, rotation, from = 0 } = tracks[body.track];
     const moves = new THREE.VectorKeyframeTrack(".position", times, position);
     const turns = new THREE.QuaternionKeyframeTrack(".quaternion", times, rotation);
     this.movers.push({
       body,
       mesh,
+      from,
       positions: moves.values,
       position: moves.createInterpolant(new Float32Array(3)),
       rotation: turns.createInterpolant(new Float32Array(4)),
@@ -163,7 +165,8 @@ export class Take {
    */
   pose(time, { path = true, contacts = false, color = "" } = {}) {
     const t = Math.min(Math.max(time, 0), this.duration);
-    for (const { mesh, position, rotation } of this.movers) {
+    for (const { mesh, from, position, rotation } of this.movers) {
+      mesh.visible = t >= from - ROUNDING;
       mesh.position.fromArray(position.evaluate(t));
       mesh.quaternion.fromArray(rotation.evaluate(t)).normalize();
     }

@@ -44,6 +44,6 @@
 /** @typedef {{center: number[], half_extents: number[], azimuth: number, elevation: number}} Viewpoint the box to
  *   see first, and from where */
 /** @typedef {{format: string, sample: string, rate: number, frames: number, duration: number, bodies: Body[],
- *   tracks: {position: number[], rotation: number[]}[], events: KeyframeEvent[], view?: Viewpoint}} Keyframes */
+ *   tracks: {position: number[], rotation: number[], from?: number}[], events: KeyframeEvent[], view?: Viewpoint}} Keyframes */
 
 export {};

@@ -290,7 +290,7 @@ std::vector<TermKind> make_term_kinds() {
 class DiceWorld final : public World {
  public:
   std::string_view name() const override { return "dice"; }
-  int version() const override { return 1; }
+  int version() const override { return 2; }
   std::string_view summary() const override {
     return "Dice thrown on a table with random bumps, springy and sticky patches: say what they shall show";
   }

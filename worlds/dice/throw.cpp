@@ -79,17 +79,6 @@ class Throws final : public Physics {
     return placed(die, state.position, state.rotation);
   }
 
-  /// A hand that nobody sees brings each die in, as fast over the table and turning as it will leave it.
-  Pose carried(std::size_t die, double steps_before_launch) const {
-    const DieState& launched = throw_.scene.dice[die].state;
-    const double time = -steps_before_launch * tumbler_.engine().time_step;
-    const Vector3d velocity(launched.linear_velocity.x(), 0, launched.linear_velocity.z());
-    const double spin = launched.angular_velocity.norm();
-    const Vector3d axis = spin > 0 ? Vector3d(launched.angular_velocity / spin) : Vector3d::UnitY();
-    return placed(die, launched.position + time * velocity,
-                  Quaterniond(Eigen::AngleAxisd(time * spin, axis)) * launched.rotation);
-  }
-
   /// A die is looked at as it rolls.
   Looks looks_for(Watch* watch) const {
     if (!watch) return {};
@@ -111,8 +100,9 @@ class Throws final : public Physics {
     animation.tracks.resize(dice_count());
     for (std::size_t die = 0; die < dice_count(); ++die) {
       Track& track = animation.tracks[die];
-      track.start = carried(die, static_cast<double>(throw_.scene.dice[die].step));
+      track.start = placed(die, throw_.scene.dice[die].state);
       track.rest = track.start;
+      track.from = seconds(throw_.scene.dice[die].step);
       track.name = names_[die];
       track.fell.reset();
       track.settled.reset();
@@ -203,9 +193,9 @@ class Throws final : public Physics {
     return all;
   }
 
+  /// Until its launch a die is where it is launched.
   Pose pose_at(const Tumble& run, std::size_t die, double steps) const {
-    const auto launch_step = static_cast<double>(run.paths[die]->launch_step);
-    if (steps < launch_step) return carried(die, launch_step - steps);
+    if (steps < static_cast<double>(run.paths[die]->launch_step)) return placed(die, run.paths[die]->at(0));
     const auto whole = static_cast<std::int64_t>(std::floor(steps));
     const DieState& begin = run.paths[die]->at(whole);
     if (whole == run.step_count) return placed(die, begin);

@@ -12,6 +12,8 @@
 #include <string>
 #include <utility>
 
+#include "worlds/dice/tower.h"
+
 namespace retake::dice {
 namespace {
 
@@ -276,6 +278,7 @@ void write_scene(const DieShape& shape, const DiceThrow& thrown, const std::vect
   }
   bodies.push_back(table_of(states, thrown.placement, table));
   std::move(pips.begin(), pips.end(), std::back_inserter(bodies));
+  if (auto tower = tower_around(animation, shape)) bodies.push_back(std::move(*tower));
 }
 
 Viewpoint throw_viewpoint(const Animation& animation) {
@@ -284,13 +287,18 @@ Viewpoint throw_viewpoint(const Animation& animation) {
     low = low.cwiseMin(track.positions.rowwise().minCoeff());
     high = high.cwiseMax(track.positions.rowwise().maxCoeff());
   }
-  // Later dice are carried in from behind the start.
-  low.x() = std::max(low.x(), animation.tracks.front().positions.row(0).minCoeff());
   const Vector3d around(0.022, 0.015, 0.022);
-  return {.center = (low + high) / 2,
-          .half_extents = (high - low) / 2 + around,
-          .azimuth = 0.3,
-          .elevation = 0.62};
+  low -= around;
+  high += around;
+  for (const Body& body : animation.bodies)
+    if (body.name == kTower) {
+      const auto& positions = std::get<Mesh>(body.shape).positions;
+      const Eigen::Map<const Eigen::Matrix3Xd> points(positions.data(), 3,
+                                                      static_cast<Eigen::Index>(positions.size() / 3));
+      low = low.cwiseMin(points.rowwise().minCoeff());
+      high = high.cwiseMax(points.rowwise().maxCoeff());
+    }
+  return {.center = (low + high) / 2, .half_extents = (high - low) / 2, .azimuth = 0.3, .elevation = 0.62};
 }
 
 }  // namespace retake::dice

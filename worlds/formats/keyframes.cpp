@@ -129,7 +129,9 @@ json keyframes_json(const Animation& given, const KeyframeHead& head, double rat
       for (Eigen::Index row = 0; row < 4; ++row)
         rotations.push_back(component(track.rotations(row, frame)));
     }
-    tracks.push_back({{"position", std::move(positions)}, {"rotation", std::move(rotations)}});
+    json& view =
+        tracks.emplace_back(json{{"position", std::move(positions)}, {"rotation", std::move(rotations)}});
+    if (track.from > 0) view["from"] = component(track.from);
   }
 
   json events = json::array();

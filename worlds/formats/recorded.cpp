@@ -16,9 +16,10 @@
 namespace retake {
 namespace {
 
-constexpr std::uint8_t kVersion = 2;
-constexpr std::uint8_t kPlainMeshes = 1;          // the version whose meshes are floats
-constexpr int kCompressionLevel = 1;              // measured: higher levels gain under 5 % here
+constexpr std::uint8_t kVersion = 3;
+constexpr std::uint8_t kPlainMeshes = 1;  // the version whose meshes are floats
+constexpr std::uint8_t kAppearances = 3;  // the first version whose tracks say from when on they are there
+constexpr int kCompressionLevel = 1;      // measured: higher levels gain under 5 % here
 constexpr double kPositionQuantum = 1.0 / 16384;  // [m]: errors up to 0.031 mm a component
 constexpr double kRotationQuantum = 1.0 / 8192;   // errors up to 0.014 degree
 constexpr double kMeshQuantum = 0x1p-18;          // [m]: a facet of 0.3 mm leans by less than a degree
@@ -290,6 +291,7 @@ std::string pack(const Animation& animation) {
   for (const Track& track : animation.tracks) {
     CHECK(track.positions.cols() == static_cast<Eigen::Index>(animation.frames), track.positions.cols());
     put_pose(out, track.rest);
+    out.put(track.from);
     put_frames(out, track.positions, kPositionQuantum);
     put_frames(out, in_one_hemisphere(track.rotations), kRotationQuantum);
   }
@@ -326,6 +328,8 @@ Animation unpack(std::string_view bytes, std::uint8_t version) {
   animation.tracks.resize(get_count(in, 56));
   for (Track& track : animation.tracks) {
     track.rest = get_pose(in);
+    if (version >= kAppearances) track.from = in.get<double>();
+    if (!(track.from >= 0 && std::isfinite(track.from))) throw std::out_of_range("a body appears at no time");
     if (animation.frames * 7 > in.remaining()) throw std::out_of_range("too many frames");
     const auto frames = static_cast<Eigen::Index>(animation.frames);
     track.positions.resize(3, frames);

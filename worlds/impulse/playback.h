@@ -16,7 +16,7 @@ double duration(const Settings& settings, const Run& run);
 /// Frames that show a run to its end at a rate [1/s]: the last one is the first in which all is at rest.
 std::size_t frame_count(const Settings& settings, const Run& run, double rate);
 
-/// Fills `track` with the poses of a body, unturned before its birth, when it waits where it is dropped.
+/// Fills `track` with the poses of a body: until its birth, unturned, where it is dropped.
 /// Requires: the body takes part in the run.
 void write_track(const Settings& settings, const Run& run, std::size_t body, double rate, std::size_t frames,
                  Track& track);

@@ -93,6 +93,7 @@ class Pours final : public Physics {
       Track& track = animation.tracks[tracks_[marble]];
       track.start = {.position = scene_.bodies[marble]->place};
       track.rest = track.start;
+      track.from = seconds(scene_.bodies[marble]->step);
       track.name = names_[marble];
       track.fell.reset();
       track.settled.reset();

@@ -151,7 +151,7 @@ std::vector<TermKind> make_term_kinds() {
 class SpellingWorld final : public World {
  public:
   std::string_view name() const override { return "spelling"; }
-  int version() const override { return 1; }
+  int version() const override { return 2; }
   std::string_view summary() const override {
     return "Marbles poured into a box of bins: say which word they shall spell";
   }

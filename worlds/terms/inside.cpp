@@ -56,7 +56,7 @@ class Inside final : public Term {
   bool reads_frames() const override { return true; }
 
   TermScore score(const Animation& animation, std::span<double> values) const override {
-    const Track* track = find_track(animation, stay_.body);
+    const Track* track = find_guest(animation);
     values[0] = track ? excursion(animation, *track, Progress::finished) : kAbsent;
     return {.log_density = log_gaussian(track ? values[0] : kAway, stay_.sd), .satisfied = values[0] == 0};
   }
@@ -64,7 +64,7 @@ class Inside final : public Term {
   double least_when_satisfied() const override { return 0; }
 
   double upper_bound(const Animation& so_far) const override {
-    const Track* track = find_track(so_far, stay_.body);
+    const Track* track = find_guest(so_far);
     return log_gaussian(track ? excursion(so_far, *track, Progress::unfinished) : kAway, stay_.sd);
   }
 
@@ -75,18 +75,26 @@ class Inside final : public Term {
   }
 
  private:
+  /// The body's track; null if it is not there during the while.
+  const Track* find_guest(const Animation& animation) const {
+    const Track* track = find_track(animation, stay_.body);
+    return track && is_there(*track, stay_.to) ? track : nullptr;
+  }
+
   /// The farthest that the body gets out of the box [m], as far as is known: between two frames it moves
-  /// straight, so it gets farthest at a frame or where the while begins or ends.
+  /// straight, so it gets farthest at a frame or where the while begins or ends. It is out of nothing before
+  /// it is there.
   double excursion(const Animation& animation, const Track& track, Progress progress) const {
     double farthest = 0;
     const auto add = [&](const Vector3d& place) {
       const Vector3d outside = (stay_.low - place).cwiseMax(place - stay_.high).cwiseMax(0);
       farthest = std::max(farthest, outside.norm());
     };
-    for (const double time : {stay_.from, stay_.to})
+    const double from = std::max(stay_.from, track.from);
+    for (const double time : {from, stay_.to})
       if (const auto place = position_at(animation, track, time, progress)) add(*place);
     const double last = std::floor(stay_.to * animation.rate);
-    for (auto frame = static_cast<std::size_t>(std::ceil(stay_.from * animation.rate));
+    for (auto frame = static_cast<std::size_t>(std::ceil(from * animation.rate));
          frame < animation.frames && static_cast<double>(frame) <= last; ++frame)
       add(track.positions.col(static_cast<Eigen::Index>(frame)));
     return farthest;

@@ -21,12 +21,18 @@ Place place_of(const Animation& animation, double time) {
   return {static_cast<Eigen::Index>(std::min(whole, 1e15)), frames - whole};
 }
 
-/// Of a frame before the last one, of at least two frames.
-Vector3d velocity_at_frame(const Track& track, Eigen::Index frame, double rate) {
+/// The first frame in which a body is there; before it, its frames say nothing of how it moves.
+Eigen::Index first_frame(const Animation& animation, const Track& track) {
+  constexpr double kRounding = 1e-9;  // of a frame
+  return static_cast<Eigen::Index>(std::ceil(std::min(track.from * animation.rate, 1e15) - kRounding));
+}
+
+/// Of a frame before the last one, of a body whose first frame is before the last one too.
+Vector3d velocity_at_frame(const Track& track, Eigen::Index frame, Eigen::Index first, double rate) {
   const auto& p = track.positions;
-  if (frame > 0) return (p.col(frame + 1) - p.col(frame - 1)) * (rate / 2);
-  if (p.cols() == 2) return (p.col(1) - p.col(0)) * rate;
-  return (4 * p.col(1) - 3 * p.col(0) - p.col(2)) * (rate / 2);
+  if (frame > first) return (p.col(frame + 1) - p.col(frame - 1)) * (rate / 2);
+  if (p.cols() == first + 2) return (p.col(first + 1) - p.col(first)) * rate;
+  return (4 * p.col(first + 1) - 3 * p.col(first) - p.col(first + 2)) * (rate / 2);
 }
 
 }  // namespace
@@ -44,14 +50,16 @@ std::optional<PlayedMotion> motion_at(const Animation& animation, const Track& t
                                       Progress progress) {
   const auto [frame, share] = place_of(animation, time);
   const auto last = static_cast<Eigen::Index>(animation.frames) - 1;
+  const Eigen::Index first = first_frame(animation, track);
   // The differences reach one frame further.
-  if (progress == Progress::unfinished && frame + 1 >= last) return std::nullopt;
+  if (progress == Progress::unfinished && std::max(frame, first) + 1 >= last) return std::nullopt;
   const auto position = position_at(animation, track, time, progress);
   if (!position) return std::nullopt;
   if (frame >= last) return PlayedMotion{*position, Vector3d::Zero()};
-  const Vector3d before = velocity_at_frame(track, frame, animation.rate);
-  const Vector3d after =
-      frame + 1 < last ? velocity_at_frame(track, frame + 1, animation.rate) : Vector3d::Zero();
+  const auto velocity_at = [&](Eigen::Index at) -> Vector3d {
+    return at < last && first < last ? velocity_at_frame(track, at, first, animation.rate) : Vector3d::Zero();
+  };
+  const Vector3d before = velocity_at(frame), after = velocity_at(frame + 1);
   return PlayedMotion{*position, before * (1 - share) + after * share};
 }
 

@@ -18,8 +18,15 @@ struct PlayedMotion {
   Eigen::Vector3d velocity;  ///< [m/s]
 };
 
+/// Whether a body is there at a time [s], which is known as soon as it has a track.
+inline bool is_there(const Track& track, double time) {
+  constexpr double kRounding = 1e-9;  // [s]
+  return time >= track.from - kRounding;
+}
+
 /// The position of a track at a time [s], and its velocity by central differences of the frames around: exact
-/// in free flight, a mean over two frames where something is hit, 0 after the end. None: not known yet.
+/// in free flight, a mean over two frames where something is hit, 0 after the end. Frames from before the
+/// body is there count for nothing. None: not known yet. Requires: the body is there, is_there().
 std::optional<PlayedMotion> motion_at(const Animation& animation, const Track& track, double time,
                                       Progress progress);
 

@@ -33,7 +33,7 @@ class StateAt final : public Term {
 
   TermScore score(const Animation& animation, std::span<double> values) const override {
     const Track* track = find_track(animation, body_);
-    if (!track) {
+    if (!track || !is_there(*track, time_)) {
       std::fill(values.begin(), values.end(), kAbsent);
       return {.log_density = absent(), .satisfied = false};
     }
@@ -47,7 +47,7 @@ class StateAt final : public Term {
 
   double upper_bound(const Animation& so_far) const override {
     const Track* track = find_track(so_far, body_);
-    if (!track) return absent();
+    if (!track || !is_there(*track, time_)) return absent();
     const auto motion = motion_at(so_far, *track, time_, Progress::unfinished);
     std::array<double, 2> misses{};
     return motion ? judge(*motion, misses).log_density : 0;

@@ -77,6 +77,14 @@ TEST(Keyframes, NameTheBodiesOfEveryContactInOrderOfTime) {
   }
 }
 
+TEST(Keyframes, SayFromWhenOnABodyIsThereIfItIsNotThereFromTheStart) {
+  Animation animation = ball_animation();
+  EXPECT_FALSE(keyframes_json(animation, kHead)["tracks"][0].contains("from"));
+  animation.tracks[0].from = 0.4503;
+  EXPECT_EQ(keyframes_json(animation, kHead)["tracks"][0].at("from"), 0.4503);
+  EXPECT_EQ(keyframes_json(animation, kHead, 7)["tracks"][0].at("from"), 0.4503) << "at any rate";
+}
+
 TEST(Keyframes, SayWhereToLookIfTheWorldDoes) {
   KeyframeHead head = kHead;
   EXPECT_FALSE(keyframes_json(ball_animation(), head).contains("view"));

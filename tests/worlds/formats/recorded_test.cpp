@@ -1,7 +1,9 @@
 // The recorded form of an Animation: what comes back, how closely, and that damage is always noticed.
 #include "worlds/formats/recorded.h"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,7 +32,10 @@ Eigen::Vector3d draw_vector(RandomStream& random, double size) {
 
 /// A track that a body could follow, or poses without any order.
 Track draw_track(RandomStream& random, Eigen::Index frames, bool smooth) {
-  Track track{.rest = {draw_vector(random, 3), draw_rotation(random)}, .positions = {}, .rotations = {}};
+  Track track{.from = std::max(0.0, random.gaussian()),
+              .rest = {draw_vector(random, 3), draw_rotation(random)},
+              .positions = {},
+              .rotations = {}};
   track.positions.resize(3, frames);
   track.rotations.resize(4, frames);
   const Eigen::Vector3d from = draw_vector(random, 1), velocity = draw_vector(random, 5),
@@ -158,6 +163,7 @@ void expect_round_trip(const Animation& original) {
     const Track &left = original.tracks[i], &right = decoded.tracks[i];
     EXPECT_EQ(left.rest.position, right.rest.position);
     EXPECT_EQ(left.rest.rotation.coeffs(), right.rest.rotation.coeffs());
+    EXPECT_EQ(left.from, right.from);
     ASSERT_EQ(right.positions.cols(), left.positions.cols());
     for (Eigen::Index frame = 0; frame < left.positions.cols(); ++frame) {
       ASSERT_LT((left.positions.col(frame) - right.positions.col(frame)).cwiseAbs().maxCoeff(), 0.00004);
@@ -243,7 +249,7 @@ TEST(AnimationCodec, EveryTruncationAndExtensionIsNoticed) {
 }
 
 /// `packed` compressed behind a checksum that fits, as encode_animation writes it.
-std::string seal(const std::string& packed, char version = '\x02') {
+std::string seal(const std::string& packed, char version = '\x03') {
   std::string compressed(ZSTD_compressBound(packed.size()), '\0');
   compressed.resize(ZSTD_compress(compressed.data(), compressed.size(), packed.data(), packed.size(), 1));
   const std::uint64_t checksum = XXH3_64bits(compressed.data(), compressed.size());
@@ -316,7 +322,40 @@ TEST(AnimationCodec, RecordsOfTheFirstVersionAreRead) {
   ASSERT_EQ(decoded.bodies.size(), 1u);
   expect_same_shape(Mesh{{0, 0, 0, 1.25, 0, 0, 0, 0.5, -0.75}, {0, 2, 1}}, decoded.bodies[0].shape);
   EXPECT_EQ(decoded.bodies[0].pose.position.y(), 0.5);
-  EXPECT_THROW(decode_animation(seal(out.bytes(), '\x03')), DamagedAnimation);
+  EXPECT_THROW(decode_animation(seal(out.bytes(), '\x04')), DamagedAnimation);
+}
+
+/// A ball on a track, without frames; as version 2 wrote it where it does not say from when on it is there.
+std::string packed_ball(std::optional<double> from) {
+  ByteWriter out;
+  out.put(60.0);
+  out.put(std::uint32_t{0});
+  out.put(std::uint32_t{1});
+  out.put_text("ball");
+  out.put(std::uint8_t{0});
+  out.put(0.1);
+  out.put_text("#a0b1c2");
+  out.put(std::int32_t{0});
+  out.put(std::uint32_t{1});
+  for (const double value : {0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0})
+    out.put(value);
+  if (from) out.put(*from);
+  out.put(std::uint32_t{0});
+  return out.take();
+}
+
+TEST(AnimationCodec, BodiesOfTheSecondVersionAreThereFromTheStart) {
+  const Animation decoded = decode_animation(seal(packed_ball(std::nullopt), '\x02'));
+  ASSERT_EQ(decoded.tracks.size(), 1u);
+  EXPECT_EQ(decoded.tracks[0].from, 0);
+  EXPECT_EQ(decoded.tracks[0].rest.position.y(), 0.5);
+  EXPECT_THROW(decode_animation(seal(packed_ball(1), '\x02')), DamagedAnimation);
+}
+
+TEST(AnimationCodec, ABodyThatAppearsAtNoTimeIsDamage) {
+  EXPECT_EQ(decode_animation(seal(packed_ball(1.25))).tracks.at(0).from, 1.25);
+  for (const double from : {-0.5, INFINITY, std::nan("")})
+    EXPECT_THROW(decode_animation(seal(packed_ball(from))), DamagedAnimation) << from;
 }
 
 TEST(AnimationCodec, FuzzBehindAFittingChecksumIsReadOrRefusedButNeverCrashes) {
