@@ -1,5 +1,5 @@
 // The Store on SQLite: reads go to borrowed read-only connections, writes to the one writer.
-// Realises DESIGN section 5. The rows are written and read in *_rows.cpp.
+// Realises doc/design.md, section 5. The rows are written and read in *_rows.cpp.
 #include "db/store.h"
 
 #include <algorithm>

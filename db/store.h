@@ -1,6 +1,6 @@
 // Store: everything durable. Scenarios, chains with their checkpoints, samples, plays and traces.
-// DESIGN: one writer thread that batches commits, read-only connections for everything else.
-// Callers must not know which database it is; the Store must not know what a world or a keyframe is.
+// doc/design.md, section 5: one writer thread that batches commits, read-only connections for everything
+// else. Callers must not know which database it is; the Store must not know what a world or a keyframe is.
 #pragma once
 
 #include <cstddef>

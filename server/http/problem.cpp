@@ -1,5 +1,5 @@
-// HttpProblem and the responses that carry JSON. Realises API.md, "Conventions": one error shape (RFC 9457).
-// It must not know the socket; it only builds responses.
+// HttpProblem and the responses that carry JSON. Realises doc/api.md, "Conventions": one error shape (RFC
+// 9457). It must not know the socket; it only builds responses.
 #include <utility>
 
 #include "server/http/server.h"

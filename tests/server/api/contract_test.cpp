@@ -1,5 +1,5 @@
-// The happy path of every route about worlds, scenarios and chains, held to API.md; the shapes themselves are
-// tested.
+// The happy path of every route about worlds, scenarios and chains, held to doc/api.md; the shapes themselves
+// are tested.
 #include <algorithm>
 #include <set>
 
