@@ -1,5 +1,5 @@
 // DrawSpacing: which samples of a chain are its draws, when at most so many are looked at.
-// Realises DESIGN section 3, "Diagnostics". Knows only weights.
+// Realises doc/design.md, section 3, "Diagnostics". Knows only weights.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // What a Store throws: the environment failed, or the caller is wrong.
-// DESIGN section 5. Callers must not learn from them which database it is.
+// doc/design.md, section 5. Callers must not learn from them which database it is.
 #pragma once
 
 #include <stdexcept>

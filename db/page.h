@@ -1,5 +1,5 @@
 // Page: a part of a listing, and where the next one begins.
-// DESIGN section 5.
+// doc/design.md, section 5.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // Names of chain states, the ids of samples, pooled odds.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/records.h"
 
 #include <array>

@@ -1,6 +1,6 @@
 // Records: what the Store keeps, as plain values with named fields. Times are milliseconds since the Unix
-// epoch. Realises DESIGN section 5. Blobs are opaque here: their formats belong to the folders that write
-// them.
+// epoch. Realises doc/design.md, section 5. Blobs are opaque here: their formats belong to the folders that
+// write them.
 #pragma once
 
 #include <cstdint>

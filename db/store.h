@@ -1,5 +1,5 @@
 // Store: everything durable. Scenarios, chains with their checkpoints, samples, plays and traces.
-// DESIGN section 5: one writer that batches commits, read-only connections for everything else.
+// doc/design.md, section 5: one writer that batches commits, read-only connections for everything else.
 // Callers must not know which database it is; the Store must not know what a world or a keyframe is.
 #pragma once
 

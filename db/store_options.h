@@ -1,5 +1,5 @@
 // StoreOptions: how a store is opened.
-// DESIGN section 5. Plain values.
+// doc/design.md, section 5. Plain values.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // Chain: one seeded walk over one target, by one of four methods.
-// Paper, section 4; DESIGN section 3. It must not know physics, storage or clocks: a seed decides everything.
+// Paper, section 4; doc/design.md, section 3. It must not know physics, storage or clocks: a seed decides
+// everything.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // CHECK: stops the program when we are wrong, in every build, and says where the chain stood.
-// STYLE, "Errors". Not for faults of callers or of the environment.
+// doc/contributing.md, "Errors". Not for faults of callers or of the environment.
 #pragma once
 
 #include <cstdint>

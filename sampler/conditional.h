@@ -1,7 +1,7 @@
 // Conditional: explores, learns a redraw from what it finds, freezes it, then walks p(A | satisfied) itself.
-// DESIGN section 3. An importance Markov chain (Andral, Douc, Marival and Robert, Stochastic Processes and
-// their Applications, 2024) on a learned proposal; every decision is taken by counts. Internal to the
-// sampler.
+// doc/design.md, section 3. An importance Markov chain (Andral, Douc, Marival and Robert, Stochastic
+// Processes and their Applications, 2024) on a learned proposal; every decision is taken by counts. Internal
+// to the sampler.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // Guide: a world's own way to walk p(A | satisfied) - how a first State is built, and how it is moved on.
-// DESIGN section 3, "informed proposals". It must not know chains.
+// doc/design.md, section 3, "Informed proposals". It must not know chains.
 #pragma once
 
 #include <cstdint>

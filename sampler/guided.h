@@ -1,5 +1,5 @@
 // Guided: walks p(A | satisfied) the way that a world shows - its own start, its own kernels.
-// DESIGN section 3, "conditional". Every decision is taken by counts. Internal to the sampler.
+// doc/design.md, section 3, "Conditional". Every decision is taken by counts. Internal to the sampler.
 #pragma once
 
 #include "sampler/guide.h"

@@ -1,6 +1,6 @@
 // Kernel: a way to propose a candidate State from the current one; q of the paper.
-// Paper, sections 5.1.2, A.2 and B.2, with the ratios of DESIGN section 3. It must not know what a simulation
-// says.
+// Paper, sections 5.1.2, A.2 and B.2, with the ratios of doc/design.md, section 3. It must not know what a
+// simulation says.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // LearnedRedraw: a frozen proposal q, the mixture of the prior and a kernel density of States that satisfied
-// the constraint; how it is drawn, weighed and learned. DESIGN section 3, "conditional". It must not know
-// chains.
+// the constraint; how it is drawn, weighed and learned. doc/design.md, section 3, "Conditional". It must not
+// know chains.
 #pragma once
 
 #include <cstddef>

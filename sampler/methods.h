@@ -1,5 +1,5 @@
 // Methods: which Walk each method is. The one file that knows all of them.
-// DESIGN section 3. Internal to the sampler: callers see Chain.
+// doc/design.md, section 3. Internal to the sampler: callers see Chain.
 #pragma once
 
 #include <memory>

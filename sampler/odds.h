@@ -1,5 +1,5 @@
 // Odds: how likely the prior is to satisfy the constraint, from weighted independent draws, with an interval.
-// DESIGN section 3, "conditional". Interval: Fay & Feuer, "Confidence intervals for directly standardized
+// doc/design.md, section 3, "Odds". Interval: Fay & Feuer, "Confidence intervals for directly standardized
 // rates", Statistics in Medicine 16 (1997) 791-801. It must not know where the draws came from.
 #pragma once
 

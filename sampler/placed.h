@@ -1,5 +1,5 @@
 // Placed: independent draws that are put where they satisfy once it is known how they move.
-// DESIGN section 3, "Symmetry sampling". Internal to the sampler.
+// doc/design.md, section 3, "Symmetry sampling". Internal to the sampler.
 #pragma once
 
 #include <string>

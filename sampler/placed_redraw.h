@@ -1,5 +1,5 @@
 // PlacedRedraw: a world's own way to put a draw where it satisfies, once it is known how it moves.
-// DESIGN section 3, "Symmetry sampling". It must not know chains.
+// doc/design.md, section 3, "Symmetry sampling". It must not know chains.
 #pragma once
 
 #include "sampler/simulator.h"

@@ -1,5 +1,5 @@
 // RandomStream: random numbers that are a pure function of where they are used.
-// DESIGN section 3, "Randomness". No generator state exists, so a checkpoint needs none.
+// doc/design.md, section 3, "Randomness". No generator state exists, so a checkpoint needs none.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // Roulette: gives up simulations that promise little, by chance, so that those which go on count for them.
-// DESIGN section 3, "Symmetry sampling"; in particle transport, Russian roulette. It must not know what is
-// promised, or what features are.
+// doc/design.md, section 3, "Symmetry sampling"; in particle transport, Russian roulette. It must not know
+// what is promised, or what features are.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Stay: where a chain stands, what it counts and by which settings it walks, as plain values.
-// DESIGN section 3. Everything that others keep or show of a chain is here; how it walks is not.
+// doc/design.md, section 3. Everything that others keep or show of a chain is here; how it walks is not.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Target: what a chain walks on - a model, ways to propose, what a Score measures - and the names of the
-// methods that may walk on it. DESIGN sections 1 and 3. It must not know chains or walks.
+// methods that may walk on it. doc/design.md, sections 1 and 3. It must not know chains or walks.
 #pragma once
 
 #include <array>

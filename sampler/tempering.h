@@ -1,5 +1,5 @@
 // Tempering: replicas on a ladder 0 = beta_0 < ... < beta_R = 1 walk p_w p_c^beta and swap places.
-// DESIGN section 3. Swaps: deterministic even-odd (Okabe et al. 2001); ladder: equal rejection of
+// doc/design.md, section 3. Swaps: deterministic even-odd (Okabe et al. 2001); ladder: equal rejection of
 // neighbouring swaps (Syed, Bouchard-Cote, Deligiannidis & Doucet, JRSS B 84 (2022) 321-350). Internal to the
 // sampler.
 #pragma once

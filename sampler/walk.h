@@ -1,5 +1,5 @@
 // Walk: what the methods of a chain have in common - walkers, candidates, and how both meet a simulator.
-// DESIGN section 3. Internal to the sampler: callers see Chain.
+// doc/design.md, section 3. Internal to the sampler: callers see Chain.
 #pragma once
 
 #include <cstdint>

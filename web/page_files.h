@@ -1,5 +1,5 @@
 // PageFile: the gallery page's files as they are served, compressed when the program is built.
-// Realises DESIGN.md section 6: one binary with the page embedded.
+// Realises doc/design.md, section 6: one binary with the page embedded.
 // It must not know who serves the files, nor how.
 #pragma once
 

@@ -1,5 +1,5 @@
 // Animation: what a simulation produced - bodies with shapes, poses at a fixed rate, contact events.
-// DESIGN sections 1 and 4. It must not know which world it shows, nor JSON.
+// doc/design.md, sections 1 and 4. It must not know which world it shows, nor JSON.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // Document: reading JSON that a client sent, refusing what is wrong with every fault's JSON Pointer.
-// DESIGN section 6 and API.md, "Conventions". Knows nothing of HTTP.
+// doc/design.md, section 6 and doc/api.md, "Conventions". Knows nothing of HTTP.
 #pragma once
 
 #include <stdexcept>

@@ -1,5 +1,5 @@
 // Measure: what a world or a term says of an animation besides its density, for people to read.
-// DESIGN section 1, "Score". A Score holds every measure as a double, NaN where there is none; here is what
+// doc/design.md, section 1. A Score holds every measure as a double, NaN where there is none; here is what
 // the double means. It must not know JSON.
 #pragma once
 

@@ -1,5 +1,5 @@
 // Scenario: a world, its model's parameters and constraint terms, read from a document and ready to be
-// sampled. DESIGN section 1. It must not know chains' progress, the store or HTTP.
+// sampled. doc/design.md, section 1. It must not know chains' progress, the store or HTTP.
 #pragma once
 
 #include <memory>

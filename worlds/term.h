@@ -1,6 +1,6 @@
 // Term: one constraint of a scenario; p_c is the product of its terms.
-// Paper, section 3.2; DESIGN section 4. A term reads the Animation alone and must not know which world made
-// it.
+// Paper, section 3.2; doc/design.md, section 4. A term reads the Animation alone and must not know which
+// world made it.
 #pragma once
 
 #include <functional>

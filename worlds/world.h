@@ -1,5 +1,5 @@
 // World: a family of scenes - what is uncertain in them, how candidates are proposed, how they move, what can
-// be wished. DESIGN sections 1 and 4. It must not know chains, the store or HTTP.
+// be wished. doc/design.md, sections 1 and 4. It must not know chains, the store or HTTP.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // The rows of chains.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/sqlite/chain_rows.h"
 
 #include <string>

@@ -1,5 +1,5 @@
 // The rows of chains, their checkpoints and traces, and what a chain's progress writes.
-// Realises DESIGN section 5: samples and checkpoint in one transaction. Must be called within one.
+// Realises doc/design.md, section 5: samples and checkpoint in one transaction. Must be called within one.
 #pragma once
 
 #include <cstdint>

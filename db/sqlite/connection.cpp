@@ -1,5 +1,5 @@
 // Connection and Query on SQLite's C interface, which no other file sees.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/sqlite/connection.h"
 
 #include <cerrno>

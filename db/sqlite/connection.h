@@ -1,5 +1,5 @@
 // Connection and Query: the only door to SQLite. Everything else in this folder speaks to these.
-// Realises DESIGN section 5. Knows nothing of the schema.
+// Realises doc/design.md, section 5. Knows nothing of the schema.
 #pragma once
 
 #include <concepts>

@@ -1,5 +1,5 @@
 // Cursors: where a listing goes on, as opaque text that only this store can have written.
-// Realises DESIGN section 5: pages go by the last key, so they stay put while rows are added.
+// Realises doc/design.md, section 5: pages go by the last key, so they stay put while rows are added.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // FileLock on flock(2), which also tells apart two holders within one process.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/sqlite/file_lock.h"
 
 #include <cerrno>

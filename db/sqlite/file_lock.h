@@ -1,5 +1,5 @@
 // FileLock: the right to write a store, held by one process at a time.
-// Realises DESIGN section 5: one writer. The operating system releases it however the process ends.
+// Realises doc/design.md, section 5: one writer. The operating system releases it however the process ends.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // The rows of plays. Every query is answered by an index in a bounded number of steps, whatever the stock.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/sqlite/play_rows.h"
 
 #include <string>

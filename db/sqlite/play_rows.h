@@ -1,5 +1,5 @@
 // The rows of plays: which sample comes next, and what handing it out writes.
-// Realises DESIGN section 5. Must be called within a transaction.
+// Realises doc/design.md, section 5. Must be called within a transaction.
 #pragma once
 
 #include <optional>

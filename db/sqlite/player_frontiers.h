@@ -1,6 +1,6 @@
 // PlayerFrontiers: how far down the order of plays a player has seen everything, so that the next unseen
-// sample is found without walking past all that were seen before. Realises DESIGN section 5. Lives in the
-// writer's memory; forgetting it costs time, never correctness.
+// sample is found without walking past all that were seen before. Realises doc/design.md, section 5. Lives in
+// the writer's memory; forgetting it costs time, never correctness.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // The pool of read-only connections.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/sqlite/readers.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Readers: the read-only connections, lent to one caller at a time.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #pragma once
 
 #include <condition_variable>

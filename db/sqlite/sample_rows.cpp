@@ -1,5 +1,5 @@
 // The rows of samples.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/sqlite/sample_rows.h"
 
 #include <charconv>

@@ -1,5 +1,5 @@
 // The rows of samples: insert, look up, list, and draws for the diagnostics.
-// Realises DESIGN section 5. Must be called within a transaction.
+// Realises doc/design.md, section 5. Must be called within a transaction.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // The rows of scenarios.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/sqlite/scenario_rows.h"
 
 #include <chrono>

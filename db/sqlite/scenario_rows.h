@@ -1,5 +1,5 @@
 // The rows of scenarios: insert, delete, look up, list.
-// Realises DESIGN section 5. Must be called within a transaction; knows nothing of threads.
+// Realises doc/design.md, section 5. Must be called within a transaction; knows nothing of threads.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // The tables, one script for each version of the schema. A released script is never edited: append one.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/sqlite/schema.h"
 
 #include <array>

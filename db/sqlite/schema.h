@@ -1,5 +1,5 @@
 // Schema: the tables of a store, the marks by which its file is known, and the way from older versions.
-// Realises DESIGN section 5. README.md of this folder describes the tables.
+// Realises doc/design.md, section 5. README.md of this folder describes the tables.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SqliteStore: the Store in one SQLite file. Reads go to borrowed read-only connections, writes to the one
-// writer. DESIGN section 5. The rows are written and read in *_rows.cpp.
+// writer. doc/design.md, section 5. The rows are written and read in *_rows.cpp.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // Opening, copying and checking the file of a store.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/sqlite/store_file.h"
 
 #include <atomic>

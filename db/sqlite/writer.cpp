@@ -1,5 +1,5 @@
 // The writer's loop: take a group of jobs, commit it, see to what is due.
-// Realises DESIGN section 5.
+// Realises doc/design.md, section 5.
 #include "db/sqlite/writer.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Writer: the one thread with the one connection that writes, and the queue of jobs before it.
-// Realises DESIGN section 5: jobs are committed in groups. Knows nothing of the tables.
+// Realises doc/design.md, section 5: jobs are committed in groups. Knows nothing of the tables.
 #pragma once
 
 #include <chrono>

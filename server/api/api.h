@@ -1,4 +1,4 @@
-// Api: the routes of API.md, version 1. Each file adds the routes of one noun.
+// Api: the routes of doc/api.md, version 1. Each file adds the routes of one noun.
 // Data flows one way: request -> scenario -> chain -> sample -> store; the routes only read and ask.
 #pragma once
 

@@ -1,5 +1,5 @@
 // Route of diagnostics: how well the chains of a scenario agree, what they know of its odds, what it took.
-// DESIGN section 3, "Diagnostics". The draws are the satisfied iterations that the store holds.
+// doc/design.md, section 3, "Diagnostics". The draws are the satisfied iterations that the store holds.
 #include <algorithm>
 
 #include "server/api/api.h"

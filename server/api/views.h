@@ -1,4 +1,4 @@
-// Views: the JSON that clients see of scenarios, chains, samples and animations. API.md names every key.
+// Views: the JSON that clients see of scenarios, chains, samples and animations. doc/api.md names every key.
 // It must not know HTTP or the store's methods.
 #pragma once
 

@@ -1,5 +1,5 @@
 // GatheredDraws: the draws of a chain that no store holds, as Store::draws would give them.
-// DESIGN section 3, "Diagnostics". It must not know what they are for.
+// doc/design.md, section 3, "Diagnostics". It must not know what they are for.
 #pragma once
 
 #include <cstddef>

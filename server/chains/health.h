@@ -1,5 +1,6 @@
 // Health: what the draws and counters of a scenario's chains say of it - odds, independence, time saved.
-// DESIGN section 3, "Diagnostics". Pure functions of records: it must not know the store's methods or HTTP.
+// doc/design.md, section 3, "Diagnostics". Pure functions of records: it must not know the store's methods or
+// HTTP.
 #pragma once
 
 #include <cstddef>

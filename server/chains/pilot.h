@@ -1,5 +1,5 @@
 // Pilot: a first look at every scenario - so many draws from the prior, and how many satisfy the wish.
-// DESIGN section 3, "odds". It must not know chains' progress or HTTP.
+// doc/design.md, section 3, "Odds". It must not know chains' progress or HTTP.
 #pragma once
 
 #include <atomic>

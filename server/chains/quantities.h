@@ -1,5 +1,5 @@
 // Quantity: one variable or measure over the draws of several chains, the table that diagnostics read.
-// DESIGN section 3, "Diagnostics". It must not know HTTP or the store's methods.
+// doc/design.md, section 3, "Diagnostics". It must not know HTTP or the store's methods.
 #pragma once
 
 #include <string>

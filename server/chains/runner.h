@@ -1,6 +1,6 @@
 // Runner: the threads that step chains in fair slices and hand their samples to the Store.
-// DESIGN section 1. Which thread steps a chain, and when, never changes what the chain finds. It must not
-// know HTTP.
+// doc/design.md, section 1. Which thread steps a chain, and when, never changes what the chain finds. It must
+// not know HTTP.
 #pragma once
 
 #include <atomic>

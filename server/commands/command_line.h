@@ -1,6 +1,6 @@
 // The command line: which command, with which options, from flags, environment, configuration file and
-// defaults. API.md, "The program". Each command stands in a file of its own and must not know how its options
-// were found.
+// defaults. doc/api.md, "The program". Each command stands in a file of its own and must not know how its
+// options were found.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // HttpConnection: one client's socket, whose reads and writes have budgets of bytes and seconds.
-// Realises HTTP.md: whatever a client does or leaves undone, a connection costs little memory and ends in
+// Realises doc/http.md: whatever a client does or leaves undone, a connection costs little memory and ends in
 // time. It must not know what a request means, beyond where its head ends.
 #pragma once
 

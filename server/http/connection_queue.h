@@ -1,6 +1,6 @@
 // ConnectionQueue: the threads that serve connections, and the connections that wait for one.
-// Realises HTTP.md: the library's own pool lets any number wait. One of the two files that see cpp-httplib.
-// It must not know what is done with a connection.
+// Realises doc/http.md: the library's own pool lets any number wait. One of the two files that see
+// cpp-httplib. It must not know what is done with a connection.
 #pragma once
 
 #include <condition_variable>

@@ -1,6 +1,6 @@
 // HttpGuard: who may ask, and with what kind of body, judged from a request's head before anything is done
-// for it. Realises API.md, "Conventions" (Host, Origin, token, CORS) and HTTP.md. It must not know sockets or
-// routes.
+// for it. Realises doc/api.md, "Conventions" (Host, Origin, token, CORS) and doc/http.md. It must not know
+// sockets or routes.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // RequestHead: the head of an HTTP/1.1 request, read strictly.
-// Realises HTTP.md: what could be understood in two ways (smuggling) is refused, never repaired.
+// Realises doc/http.md: what could be understood in two ways (smuggling) is refused, never repaired.
 // It must not know sockets, routes or who may ask; that is the guard's part.
 #pragma once
 

@@ -1,6 +1,6 @@
 // HttpListener: accepts connections and carries requests and answers over them. The user of cpp-httplib.
-// Realises HTTP.md: the library sees a head of ours and a bounded body, never what the client sent as a head.
-// It must not know routes or who may ask; that is the service's part.
+// Realises doc/http.md: the library sees a head of ours and a bounded body, never what the client sent as a
+// head. It must not know routes or who may ask; that is the service's part.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
 // HttpProblem: a refusal that says what was wrong; one shape for every error (RFC 9457).
-// API.md, "Conventions". It must not know the socket; it only builds responses.
+// doc/api.md, "Conventions". It must not know the socket; it only builds responses.
 #pragma once
 
 #include <stdexcept>

@@ -1,6 +1,6 @@
 // How a response is represented to one client: not modified, compressed, with the fields that every answer
-// carries. Realises API.md, "Conventions": ETag and 304, gzip where the client accepts it. It must not know
-// sockets or routes.
+// carries. Realises doc/api.md, "Conventions": ETag and 304, gzip where the client accepts it. It must not
+// know sockets or routes.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // RouteTable: which handler answers a method and a path.
-// Realises API.md: 404 for unknown paths, 405 with Allow for known ones. Matches segments, never regular
+// Realises doc/api.md: 404 for unknown paths, 405 with Allow for known ones. Matches segments, never regular
 // expressions. It must not know sockets.
 #pragma once
 

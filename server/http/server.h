@@ -1,5 +1,5 @@
 // HttpServer: HTTP/1.1 on a guarded socket, with our own requests, responses and routes.
-// Realises HTTP.md: the library is used only behind a bounded stream, and only listener.cpp and
+// Realises doc/http.md: the library is used only behind a bounded stream, and only listener.cpp and
 // connection_queue.h see it. It must not know what a scenario is; routes are given to it.
 #pragma once
 

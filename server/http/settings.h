@@ -1,5 +1,5 @@
 // HttpSettings and HttpCounters: what the server allows, and what it counted.
-// HTTP.md. Plain values.
+// doc/http.md. Plain values.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // What every Store has to hold to: suites that derive from StoreTest run over each kind of store there is.
-// A new kind is one line in kKindsOfStore. DESIGN section 5.
+// A new kind is one line in kKindsOfStore. doc/design.md, section 5.
 #pragma once
 
 #include <memory>

@@ -1,6 +1,6 @@
-// The ratios that the paper gets wrong and what is right: DESIGN section 3, one group of tests a correction
-// (the fourth, A.1's product, is in model_test.cpp). Seeds are fixed; each statistical comparison errs with
-// probability 1e-6 unless it says otherwise. "Visibly wrong" means a p-value below 1e-12.
+// The ratios that the paper gets wrong and what is right: doc/design.md, section 3, one group of tests a
+// correction (the fourth, A.1's product, is in model_test.cpp). Seeds are fixed; each statistical comparison
+// errs with probability 1e-6 unless it says otherwise. "Visibly wrong" means a p-value below 1e-12.
 #include <array>
 #include <cmath>
 #include <vector>

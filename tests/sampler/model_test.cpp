@@ -14,7 +14,7 @@ namespace retake::tests {
 namespace {
 
 TEST(Model, LogPriorOfTenPinsIsTheSumOfTheirLogDensities) {
-  // DESIGN, correction 4: A.1 prints a sum of the pins' densities, where independent pins need the product.
+  // sampler/README.md: A.1 prints a sum of the pins' densities, where independent pins need the product.
   const auto pins = gaussian_model(10, 0.5);
   State state(10);
   double sum_of_logs = 0, sum_of_densities = 0;

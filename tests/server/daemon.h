@@ -1,4 +1,4 @@
-// Daemon: the real `retake serve` as a child process, and a client that asks it. What the api_*_test.cpp, the
+// Daemon: the real `retake serve` as a child process, and a client that asks it. What the tests of the API, the
 // determinism and the command line tests stand on. It must not know httplib.h.
 #pragma once
 

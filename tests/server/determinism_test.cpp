@@ -1,5 +1,5 @@
 // A seed decides everything: thread counts, pauses, kills and the program that runs a chain change nothing.
-// DESIGN section 3, "Randomness".
+// doc/design.md, section 3, "Randomness".
 #include <map>
 #include <random>
 #include <sstream>

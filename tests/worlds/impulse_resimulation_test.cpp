@@ -1,5 +1,5 @@
-// Re-simulation: after whatever change, bit for bit what a run from scratch gives. DESIGN section 3. Seeds
-// are fixed.
+// Re-simulation: after whatever change, bit for bit what a run from scratch gives. doc/design.md, section 3.
+// Seeds are fixed.
 #include <cstdio>
 #include <thread>
 

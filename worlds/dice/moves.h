@@ -1,6 +1,6 @@
 // Moves: how `conditional` walks among throws of dice that end where it is wished - several dice on one
-// table, or one on a table that is glued to the world. DESIGN section 3, "informed proposals". It must not
-// know chains.
+// table, or one on a table that is glued to the world. doc/design.md, section 3, "Informed proposals". It
+// must not know chains.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // Symmetry: puts the throw of one die where it is wished, painted as it is wished. What the motion in the
 // grid does not depend on is drawn given how it came out: where the die starts, in which direction it flies,
-// handedness and paint. DESIGN section 3, "Symmetry sampling". It must not know how dice move.
+// handedness and paint. doc/design.md, section 3, "Symmetry sampling". It must not know how dice move.
 #pragma once
 
 #include <array>

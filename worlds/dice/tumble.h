@@ -1,6 +1,6 @@
 // Tumble: dice from their launches until all of them rest, in the grid's frame - from scratch, or from what
-// another run has recorded. Paper, section 5.4; DESIGN section 3. It must not know where the grid lies in the
-// world, paint or wishes.
+// another run has recorded. Paper, section 5.4; doc/design.md, section 3. It must not know where the grid
+// lies in the world, paint or wishes.
 #pragma once
 
 #include <cstdint>

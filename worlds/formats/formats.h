@@ -1,5 +1,5 @@
 // Formats: the files in which an Animation leaves Retake. The API's routes and the commands both read this
-// list. DESIGN section 6. It must not know HTTP or the store.
+// list. doc/design.md, section 6. It must not know HTTP or the store.
 #pragma once
 
 #include <span>

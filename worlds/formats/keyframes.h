@@ -1,5 +1,5 @@
 // Keyframes: the document retake.keyframes/1, an Animation as JSON for any engine and for the page.
-// DESIGN section 4. It must not know HTTP, files or the store.
+// doc/design.md, section 4. It must not know HTTP, files or the store.
 #pragma once
 
 #include <optional>

@@ -1,6 +1,6 @@
 // The recorded form of an Animation: quantised, compressed, with a version byte and a checksum.
-// DESIGN section 5. Positions come back within 0.04 mm, rotations within 0.02 degree. It must not know where
-// it is kept.
+// doc/design.md, section 5. Positions come back within 0.04 mm, rotations within 0.02 degree. It must not
+// know where it is kept.
 #pragma once
 
 #include <stdexcept>

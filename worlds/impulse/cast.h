@@ -1,5 +1,5 @@
 // Cast: the bodies of a scene while it is simulated, and which motion of a record each of them follows.
-// DESIGN section 3, "Event-local re-simulation". It must not know how they are stepped.
+// doc/design.md, section 3, "Event-local re-simulation". It must not know how they are stepped.
 //
 // Every body has a script if the record holds a motion that begins as it does: its own, or that of another
 // body that was dropped at the same place. It has to be stepped itself

@@ -1,4 +1,4 @@
-// ColumnGrid: bodies by upright columns of space, to find those near a place. DESIGN section 4.
+// ColumnGrid: bodies by upright columns of space, to find those near a place. doc/design.md, section 4.
 // It must not know what bodies are.
 #pragma once
 

@@ -1,5 +1,5 @@
 // MotionWriter: how a Motion comes about, step by step or copied from another one. Whichever way, equal
-// steps give equal bits. DESIGN section 3. It must not know why.
+// steps give equal bits. doc/design.md, section 3. It must not know why.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Playback: what a viewer sees of a run - poses at a fixed rate, and hits. DESIGN section 4.
+// Playback: what a viewer sees of a run - poses at a fixed rate, and hits. doc/design.md, section 4.
 // It must not know colours, shapes or names.
 #pragma once
 

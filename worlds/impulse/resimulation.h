@@ -1,5 +1,5 @@
 // Resimulation: runs of spheres over a surface, from scratch or from what another run has recorded.
-// DESIGN section 3, "Event-local re-simulation". It must not know what is wished.
+// doc/design.md, section 3, "Event-local re-simulation". It must not know what is wished.
 //
 // After a change only those bodies are stepped whose motion may differ; all others follow the record. A
 // body leaves the record when a step of it differs in any bit, and joins it again when its state agrees.

@@ -1,5 +1,5 @@
-// Run: what a simulation of spheres that are born from rest did, whole. Paper, section 5.3; DESIGN section 3.
-// It must not know how spheres move.
+// Run: what a simulation of spheres that are born from rest did, whole. Paper, section 5.3; doc/design.md,
+// section 3. It must not know how spheres move.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // DropTable: where a marble has to be dropped to fall into a bin, as far as one can know without knowing the
 // others.
-// DESIGN section 3, "informed proposals". It must not know words.
+// doc/design.md, section 3, "Informed proposals". It must not know words.
 #pragma once
 
 #include <array>

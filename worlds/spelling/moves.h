@@ -1,5 +1,5 @@
 // Moves: how a pour that spells its word is turned into another one - the kernels between complete words, and
-// those on p(A) that take balls away and bring them back. DESIGN section 3, "informed proposals".
+// those on p(A) that take balls away and bring them back. doc/design.md, section 3, "Informed proposals".
 // It must not know how marbles move.
 #pragma once
 

@@ -1,5 +1,5 @@
 // Roster: the bodies of a scene by the names that constraints use, and where an Animation has them.
-// DESIGN section 4. It must not know which world it is of.
+// doc/design.md, section 4. It must not know which world it is of.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What the api_bad_*_test.cpp files share: every route, a daemon with something to lose, the shape of a
+// What the bad_*_test.cpp files share: every route, a daemon with something to lose, the shape of a
 // refusal.
 #pragma once
 

@@ -94,7 +94,7 @@ TEST_F(ApiSamples, A_sample_has_every_documented_field_and_its_variables) {
     EXPECT_LE(sample["log_constraint"], 0);
     EXPECT_LE(std::abs(sample["measures"]["miss"].get<double>()), 0.1);
     json whole = daemon.get("/v1/samples/" + sample["id"].get<std::string>()).json();
-    EXPECT_EQ(differences(whole, "WholeSample"), "");
+    EXPECT_EQ(differences(whole, "Sample"), "");
     EXPECT_EQ(whole["variables"].size(), 5);
     EXPECT_TRUE(whole["variables"]["tilt_5"].is_number());
     whole.erase("variables");

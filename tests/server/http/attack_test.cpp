@@ -1,5 +1,5 @@
-// Every hostile client of HTTP.md's table, against a server in a process of its own whose memory is watched,
-// while a healthy client is served.
+// Every hostile client of doc/http.md's table, against a server in a process of its own whose memory is
+// watched, while a healthy client is served.
 #include <chrono>
 #include <csignal>
 #include <fstream>

@@ -1,5 +1,5 @@
-// Who and what HttpServer refuses before a route sees it: malformed requests, hosts, tokens, origins. HTTP.md
-// and API.md, "Conventions".
+// Who and what HttpServer refuses before a route sees it: malformed requests, hosts, tokens, origins.
+// doc/http.md and doc/api.md, "Conventions".
 #include <stdexcept>
 #include <string>
 

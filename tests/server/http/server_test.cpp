@@ -1,4 +1,4 @@
-// What HttpServer answers: routes, errors in one shape, validators, compression, access, streams. API.md,
+// What HttpServer answers: routes, errors in one shape, validators, compression, access, streams. doc/api.md,
 // "Conventions".
 #include "server/http/message.h"
 #include "server/http/server.h"

@@ -1,4 +1,4 @@
-// What the http_*_test.cpp files share: the routes of the servers under test, such a server on a thread, and
+// What the tests of this folder files share: the routes of the servers under test, such a server on a thread, and
 // the shape of a refusal.
 #pragma once
 
