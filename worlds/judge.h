@@ -1,5 +1,6 @@
 // Judge: constraint terms over any Animation, stored or simulated; p_c is their product.
-// Paper, section 3.2; doc/design.md, section 4. It must not know which world made the Animation, nor scenarios.
+// Paper, section 3.2; doc/design.md, section 4. It must not know which world made the Animation, nor
+// scenarios.
 #pragma once
 
 #include <cstddef>

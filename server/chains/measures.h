@@ -1,5 +1,5 @@
 // The measures of a sample as JSON, as samples keep them and clients see them.
-// doc/design.md, section 1, "Score". It must not know chains, HTTP or the store.
+// doc/design.md, section 1. It must not know chains, HTTP or the store.
 #pragma once
 
 #include <span>
