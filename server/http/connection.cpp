@@ -12,6 +12,8 @@
 #include <sys/uio.h>
 #include <utility>
 
+#include "server/http/problem.h"
+
 namespace retake {
 namespace {
 

@@ -8,6 +8,8 @@
 #include <openssl/crypto.h>
 #include <utility>
 
+#include "server/http/problem.h"
+
 namespace retake {
 namespace {
 
@@ -22,16 +24,16 @@ bool is_token(std::string_view text) {
 }
 
 /// An origin's or a host's authority without the port that its scheme implies.
-std::string without_default_port(std::string authority, bool is_https) {
+std::string_view without_default_port(std::string_view authority, bool is_https) {
   const std::string_view port = is_https ? ":443" : ":80";
-  if (authority.ends_with(port)) authority.resize(authority.size() - port.size());
+  if (authority.ends_with(port)) authority.remove_suffix(port.size());
   return authority;
 }
 
 bool is_same_origin(const std::string& origin, const std::string& host) {
   const bool is_https = origin.starts_with("https://");
   if (!is_https && !origin.starts_with("http://")) return false;
-  return without_default_port(origin.substr(is_https ? 8 : 7), is_https) ==
+  return without_default_port(std::string_view(origin).substr(is_https ? 8 : 7), is_https) ==
          without_default_port(host, is_https);
 }
 
