@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "worlds/ball2d/bounce.h"
+#include "worlds/recorder.h"
 #include "worlds/terms/terms.h"
 
 namespace retake::ball2d {
@@ -105,10 +106,7 @@ class BallPhysics final : public Physics {
 
   SimulationOutcome simulate(const State& tilts, const Recording& recording, Animation& animation,
                              std::span<double> measures) override {
-    animation.rate = kFrameRate;
-    animation.frames = 0;
-    animation.tracks.resize(1);
-    animation.events.clear();
+    begin_animation(animation, kFrameRate, 1);
     hops_.clear();
 
     double duration = 0;
@@ -147,25 +145,23 @@ class BallPhysics final : public Physics {
                              .shape = Box{{kTableHalfLength, 0.05, 1.2}},
                              .colour = "#b98b5a",
                              .pose = {.position = {0, -0.05, 0}}}};
-    const auto frames = static_cast<Eigen::Index>(std::ceil(duration * kFrameRate)) + 1;
-    animation.frames = static_cast<std::size_t>(frames);
+    animation.frames = static_cast<std::size_t>(std::ceil(duration * kFrameRate)) + 1;
     Track& track = animation.tracks[0];
-    track.positions.resize(3, frames);
-    track.rotations.resize(4, frames);
+    TrackWriter writer(track, animation.frames);
     std::size_t hop = 0;
-    for (Eigen::Index frame = 0; frame < frames; ++frame) {
+    for (std::size_t frame = 0; frame < animation.frames; ++frame) {
       const double time = static_cast<double>(frame) / kFrameRate;
       while (hop < hops_.size() && time > hops_[hop].start + hops_[hop].duration)
         ++hop;
       if (hop < hops_.size()) {
         const Hop& at = hops_[hop];
         const double since = time - at.start;
-        track.positions.col(frame) << at.x + at.vx * since,
-            at.y + at.vy * since - 0.5 * model_.gravity * since * since, 0;
+        // The model ignores rotation.
+        writer.add({.position = {at.x + at.vx * since,
+                                 at.y + at.vy * since - 0.5 * model_.gravity * since * since, 0}});
       } else {
-        track.positions.col(frame) = track.rest.position;
+        writer.add(track.rest);
       }
-      track.rotations.col(frame) << 0, 0, 0, 1;  // the model ignores rotation
     }
   }
 

@@ -8,6 +8,7 @@
 
 #include "worlds/bowling/pins.h"
 #include "worlds/bowling/view.h"
+#include "worlds/recorder.h"
 
 namespace retake::bowling {
 namespace {
@@ -111,10 +112,7 @@ class Throws final : public Physics {
 
   void begin(const Release& release, const Recording& recording, Animation& animation) {
     const std::size_t pins = settings_.rack.size();
-    animation.rate = kFrameRate;
-    animation.frames = 0;
-    animation.events.clear();
-    animation.tracks.resize(kFirstPinTrack + pins);
+    begin_animation(animation, kFrameRate, kFirstPinTrack + pins);
     if (recording.frames) frames_.clear();
     const double height = pin_body().centre_of_mass;
     for (std::size_t i = 0; i < pins; ++i) {
@@ -122,7 +120,6 @@ class Throws final : public Physics {
       track.start = {.position = pin_spot(settings_.rack[i]) + release.offsets[i] + Vector3d(0, height, 0)};
       track.rest = track.start;
       track.name = pin_name(settings_.rack[i]);
-      track.fell.reset();
     }
     Track& ball = animation.tracks[0];
     ball.name = kBallName;
@@ -147,10 +144,7 @@ class Throws final : public Physics {
           fallen_.push_back(settings_.rack[i]);
           fell = deck_.time();
         }
-        double bound = 0;
-        for (const auto& term : recording.terms)
-          bound += term->upper_bound(animation);
-        if (bound <= recording.needed) return ended(SimulationEnd::stopped);
+        if (is_out_of_reach(recording, animation)) return ended(SimulationEnd::stopped);
       }
     }
     // What has fallen has to stay so: bounds rely on it, and so does whoever watches.
@@ -253,24 +247,13 @@ class Throws final : public Physics {
   }
 
   void write_frames(Animation& animation) const {
-    const auto count = static_cast<Eigen::Index>(frames_.size());
     animation.frames = frames_.size();
     for (std::size_t body = 0; body < animation.tracks.size(); ++body) {
       Track& track = animation.tracks[body];
-      track.positions.resize(3, count);
-      track.rotations.resize(4, count);
-      Eigen::Vector4d before = Eigen::Vector4d::Zero();
-      for (Eigen::Index frame = 0; frame < count; ++frame) {
-        const Pose& pose = frames_[static_cast<std::size_t>(frame)][body];
-        Eigen::Vector4d turn = pose.rotation.coeffs();
-        if (turn.dot(before) < 0) turn = -turn;
-        track.positions.col(frame) = pose.position;
-        track.rotations.col(frame) = before = turn;
-      }
-      if (body == 0 || track.fell) {
-        track.rest.position = track.positions.rightCols<1>();
-        track.rest.rotation = Eigen::Quaterniond(before);
-      }
+      TrackWriter writer(track, frames_.size());
+      for (const std::vector<Pose>& poses : frames_)
+        writer.add(poses[body]);
+      if (body == 0 || track.fell) writer.rest(frames_.back()[body]);
     }
   }
 

@@ -94,26 +94,14 @@ class Throws final : public Physics {
   }
 
   void begin(Animation& animation) const {
-    animation.rate = kFrameRate;
-    animation.frames = 0;
-    animation.events.clear();
-    animation.tracks.resize(dice_count());
+    begin_animation(animation, kFrameRate, dice_count());
     for (std::size_t die = 0; die < dice_count(); ++die) {
       Track& track = animation.tracks[die];
       track.start = placed(die, throw_.scene.dice[die].state);
       track.rest = track.start;
       track.from = seconds(throw_.scene.dice[die].step);
       track.name = names_[die];
-      track.fell.reset();
-      track.settled.reset();
     }
-  }
-
-  static bool is_out_of_reach(const Recording& recording, const Animation& animation) {
-    double bound = 0;
-    for (const auto& term : recording.terms)
-      bound += term->upper_bound(animation);
-    return bound <= recording.needed;
   }
 
   /// Steps of single dice are shares of the world's.
@@ -164,25 +152,14 @@ class Throws final : public Physics {
 
   /// Poses between steps by interpolation.
   void record_frames(const Tumble& run, Animation& animation) const {
-    constexpr double kRounding = 1e-9;  // of a frame
     const double steps_a_frame = 1 / (kFrameRate * tumbler_.engine().time_step);
     const auto last = static_cast<double>(run.step_count);
-    animation.frames = static_cast<std::size_t>(std::ceil(last / steps_a_frame - kRounding)) + 1;
+    animation.frames = frames_until(seconds(run.step_count), kFrameRate);
     for (std::size_t die = 0; die < dice_count(); ++die) {
-      Track& track = animation.tracks[die];
-      const auto columns = static_cast<Eigen::Index>(animation.frames);
-      track.positions.resize(3, columns);
-      track.rotations.resize(4, columns);
-      Eigen::Vector4d before = track.start.rotation.coeffs();
-      for (Eigen::Index frame = 0; frame < columns; ++frame) {
-        const double steps = std::min(static_cast<double>(frame) * steps_a_frame, last);
-        const Pose pose = pose_at(run, die, steps);
-        Eigen::Vector4d turn = pose.rotation.coeffs();
-        if (turn.dot(before) < 0) turn = -turn;
-        track.positions.col(frame) = pose.position;
-        track.rotations.col(frame) = before = turn;
-      }
-      if (track.rest.rotation.coeffs().dot(before) < 0) track.rest.rotation.coeffs() *= -1;
+      TrackWriter track(animation.tracks[die], animation.frames);
+      for (std::size_t frame = 0; frame < animation.frames; ++frame)
+        track.add(pose_at(run, die, std::min(static_cast<double>(frame) * steps_a_frame, last)));
+      track.rest(animation.tracks[die].rest);
     }
   }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "worlds/recorder.h"
+
 namespace retake::impulse {
 namespace {
 
@@ -55,31 +57,22 @@ double duration(const Settings& settings, const Run& run) {
 }
 
 std::size_t frame_count(const Settings& settings, const Run& run, double rate) {
-  constexpr double kRounding = 1e-9;  // of a frame
-  return static_cast<std::size_t>(std::ceil(duration(settings, run) * rate - kRounding)) + 1;
+  return frames_until(duration(settings, run), rate);
 }
 
 void write_track(const Settings& settings, const Run& run, std::size_t body, double rate, std::size_t frames,
                  Track& track) {
   const Motion& motion = *run.motions[body];
   const auto birth = static_cast<double>(run.scene.bodies[body]->step);
-  const auto columns = static_cast<Eigen::Index>(frames);
-  track.positions.resize(3, columns);
-  track.rotations.resize(4, columns);
   track.start = {motion.states.front().position};
   Turning turning(motion, settings.time_step);
-  Eigen::Vector4d before = Quaterniond::Identity().coeffs();
-  for (Eigen::Index frame = 0; frame < columns; ++frame) {
+  TrackWriter writer(track, frames);
+  for (std::size_t frame = 0; frame < frames; ++frame) {
     const double steps = static_cast<double>(frame) / (rate * settings.time_step) - birth;
     const double whole = std::clamp(std::floor(steps), 0.0, static_cast<double>(motion.step_count()));
-    const Pose pose = turning.pose(static_cast<std::int32_t>(whole), std::clamp(steps - whole, 0.0, 1.0));
-    Eigen::Vector4d turn = pose.rotation.coeffs();
-    if (turn.dot(before) < 0) turn = -turn;
-    track.positions.col(frame) = pose.position;
-    track.rotations.col(frame) = before = turn;
+    writer.add(turning.pose(static_cast<std::int32_t>(whole), std::clamp(steps - whole, 0.0, 1.0)));
   }
-  track.rest = turning.pose(motion.step_count(), 0);
-  if (track.rest.rotation.coeffs().dot(before) < 0) track.rest.rotation.coeffs() *= -1;
+  writer.rest(turning.pose(motion.step_count(), 0));
 }
 
 std::vector<Hit> hits(const Settings& settings, const Run& run) {

@@ -8,6 +8,7 @@
 
 #include "worlds/impulse/playback.h"
 #include "worlds/impulse/resimulation.h"
+#include "worlds/recorder.h"
 #include "worlds/spelling/view.h"
 
 namespace retake::spelling {
@@ -80,14 +81,11 @@ class Pours final : public Physics {
 
   /// A track for each marble that takes part.
   void begin(Animation& animation) {
-    animation.rate = kFrameRate;
-    animation.frames = 0;
-    animation.events.clear();
     tracks_.assign(scene_.bodies.size(), kNoTrack);
     std::size_t tracks = 0;
     for (std::size_t marble = 0; marble < scene_.bodies.size(); ++marble)
       if (scene_.bodies[marble]) tracks_[marble] = tracks++;
-    animation.tracks.resize(tracks);
+    begin_animation(animation, kFrameRate, tracks);
     for (std::size_t marble = 0; marble < scene_.bodies.size(); ++marble) {
       if (tracks_[marble] == kNoTrack) continue;
       Track& track = animation.tracks[tracks_[marble]];
@@ -95,8 +93,6 @@ class Pours final : public Physics {
       track.rest = track.start;
       track.from = seconds(scene_.bodies[marble]->step);
       track.name = names_[marble];
-      track.fell.reset();
-      track.settled.reset();
     }
     rested_.clear();
   }
@@ -106,13 +102,6 @@ class Pours final : public Physics {
     track.rest.position = rested.position;
     track.settled = seconds(rested.step);
     rested_.push_back(rested);
-  }
-
-  static bool is_out_of_reach(const Recording& recording, const Animation& animation) {
-    double bound = 0;
-    for (const auto& term : recording.terms)
-      bound += term->upper_bound(animation);
-    return bound <= recording.needed;
   }
 
   /// Where only some marbles are stepped, the share of the time that they make is what was simulated.
