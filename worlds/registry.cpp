@@ -1,4 +1,4 @@
-// The worlds of this build: one line each.
+// The worlds of this build: one line each, in the order in which a person should meet them.
 #include "worlds/ball2d/ball2d.h"
 #include "worlds/bowling/bowling.h"
 #include "worlds/dice/dice.h"
@@ -9,10 +9,10 @@ namespace retake {
 
 const std::vector<const World*>& worlds() {
   static const std::vector<const World*> registered = {
-      &ball2d::world(),
       &bowling::world(),
       &spelling::world(),
       &dice::world(),
+      &ball2d::world(),
   };
   return registered;
 }

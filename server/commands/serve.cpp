@@ -81,21 +81,23 @@ HttpSettings http_settings(const ServeOptions& options) {
   return settings;
 }
 
+/// Fills an empty store. Lists show the newest first, so the example that a person should meet first is added
+/// last; the chains are started in the order in which the examples are met.
 void add_examples(Api& api) {
   if (!api.store.scenarios(1, "").records.empty()) return;
+  std::vector<std::shared_ptr<const Scenario>> examples;
+  for (const World* world : worlds())
+    for (const nlohmann::json& document : world->examples())
+      examples.push_back(Scenario::read(document));
+  std::vector<std::string> ids(examples.size());
+  for (std::size_t i = examples.size(); i-- > 0;)
+    ids[i] = api.store.add_scenario(new_scenario_record(*examples[i])).scenario.id;
+
   StopRule stop;
   stop.ess = kExampleEss;
   stop.seconds = kExampleSeconds;
-  for (const World* world : worlds()) {
-    // Lists show the newest first: so a world's first example comes before its others.
-    std::vector<nlohmann::json> examples = world->examples();
-    std::reverse(examples.begin(), examples.end());
-    for (const nlohmann::json& document : examples) {
-      const auto scenario = Scenario::read(document);
-      const AddedScenario added = api.store.add_scenario(new_scenario_record(*scenario));
-      start_default_chains(api.runner, *scenario, added.scenario.id, 2, stop);
-    }
-  }
+  for (std::size_t i = 0; i < examples.size(); ++i)
+    start_default_chains(api.runner, *examples[i], ids[i], 2, stop);
 }
 
 /// The signals that end the daemon, blocked in every thread that is made from here on.

@@ -21,7 +21,9 @@ test("faults are shown with their pointers, then the scenario is created, fills,
   await page.getByRole("button", { name: "New", exact: true }).click();
   await arrived(page, { create: "any" });
   const text = page.getByLabel("The scenario, as JSON");
-  await page.waitForFunction(() => document.getElementById("scenario-text").value.includes('"world"'));
+  await page.getByRole("radio", { name: /^ball2d/ }).check();
+  await arrived(page, { create: "ball2d" });
+  await page.waitForFunction(() => document.getElementById("scenario-text").value.includes('"ball2d"'));
   const example = JSON.parse(await text.inputValue());
 
   await text.fill("{");

@@ -162,10 +162,14 @@ const times = (page) => page.evaluate(() => [...document.querySelectorAll(".toge
 test("one click shows figure 9: six scenarios, a fresh animation of each, played together", async () => {
   const { page, faults, close } = await newPage(browser);
   await page.goto(`${program.address}?play=on`);
-  await page.getByRole("link", { name: "Figure 9: all 6 together" }).click();
+  assert.equal(await page.locator("#scenario-list > li", { hasText: "Figure 9" }).count(), 1, "a series is one entry");
+  await page.getByRole("link", { name: /^Figure 9/ }).click();
   await arrived(page, { together: series.join(",") });
   await drawn(page, 6);
   assert.equal(await page.locator(".together h1").textContent(), "Figure 9");
+  // Open, it shows its scenarios below it.
+  assert.deepEqual(await page.locator("#scenario-list .member .scenario-title").allTextContents(), series.map((_, at) => `Figure 9: die ${6 - at}`));
+  assert.equal(await page.locator('#scenario-list [aria-current="page"]').count(), 1);
   assert.deepEqual(await page.locator(".together .tile-gist").allTextContents(), series.map((_, at) => `Figure 9: die ${at + 1}`));
   for (let at = 1; at <= 6; ++at) await shows(page, `.together .tile:nth-child(${at}) .shot`, 100);
   await page.waitForFunction(() => {
@@ -204,6 +208,20 @@ test("one click shows figure 9: six scenarios, a fresh animation of each, played
   await close();
 });
 
+test("of a series one is opened alone, and it is marked below the series", async () => {
+  const { page, faults, close } = await newPage(browser);
+  await page.goto(`${program.address}?together=${series.join(",")}`);
+  await page.getByRole("link", { name: /^Figure 9: die 3/ }).click();
+  await arrived(page, { together: null, scenario: series[2] });
+  assert.equal(await page.locator("#scenario h1").textContent(), "Figure 9: die 3");
+  assert.match(await page.locator('#scenario-list .member [aria-current="page"]').textContent(), /^Figure 9: die 3/);
+  await page.locator(".brand").click();
+  await page.locator(".first").waitFor();
+  assert.equal(await page.locator("#scenario-list .member").count(), 0, "folded again");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
 test("scenarios are chosen in the list, and one without an animation waits for its first", async () => {
   const { page, faults, close } = await newPage(browser);
   const { id: empty } = await api(program, "/v1/scenarios", json({ world: "ball2d", title: "Nothing yet", constraints: [] }));
@@ -228,6 +246,29 @@ test("scenarios are chosen in the list, and one without an animation waits for i
   await page.locator(".scenario-link", { hasText: "Figure 9: die 3" }).click();
   await arrived(page, { together: null, takes: null, scenario: series[2] });
   assert.equal(await page.locator("#scenario h1").textContent(), "Figure 9: die 3");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a colour of the ground that there is not is said, and left out", async () => {
+  const { scenario, sample } = await throwOfASix();
+  const { page, faults, close } = await newPage(browser);
+  await page.goto(`${program.address}?scenario=${scenario}&sample=${sample.id}&color=nope`);
+  await page.locator(".notice", { hasText: "color = “nope”" }).waitFor();
+  await arrived(page, { color: null, sample: sample.id });
+  await page.locator(".player .picture.drawn").waitFor();
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("where a sample is another scenario's there is a fresh one, and the page says so", async () => {
+  const { page, faults, close } = await newPage(browser);
+  const [alien] = (await api(program, `/v1/scenarios/${series[1]}/samples?limit=1`)).samples;
+  await page.goto(`${program.address}?together=${series[0]}&takes=${alien.id}`);
+  await page.locator(".notice", { hasText: "of another scenario" }).waitFor();
+  await drawn(page, 1);
+  const shown = await api(program, `/v1/samples/${query(page).takes}`);
+  assert.equal(shown.scenario, series[0]);
   assert.deepEqual(faults, []);
   await close();
 });

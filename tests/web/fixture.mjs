@@ -26,7 +26,8 @@ const SOFTWARE_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-u
  * @param {{store?: string, port?: number, world?: string|null, examples?: boolean, samples?: number}} [options] a new
  *   store and any free port unless given; the world of the example, null for what the program itself adds, if
  *   `examples` are wanted; how many samples are found
- * @returns {Promise<{address: string, port: number, store: string, end: () => Promise<void>, remove: () => Promise<void>}>}
+ * @returns {Promise<{address: string, gallery: string, port: number, store: string, end: () => Promise<void>,
+ *   remove: () => Promise<void>}>} `gallery` is the address of the newest scenario's, or of the first screen
  */
 export async function startProgram({ store, port = 0, world = "ball2d", examples = world === null, samples = 400 } = {}) {
   if (!PROGRAM) throw new Error("RETAKE_PROGRAM must name the program to be tested");
@@ -57,9 +58,10 @@ export async function startProgram({ store, port = 0, world = "ball2d", examples
     if (code !== 0) throw new Error(`the program ended with ${code ?? signal} and said: ${said}`);
   };
   const remove = () => (folder ? rm(folder, { recursive: true, force: true }) : undefined);
-  const started = { address, port: Number(new URL(address).port), store: path, end, remove };
+  const started = { address, gallery: address, port: Number(new URL(address).port), store: path, end, remove };
   if (!store && world !== null) await addExample(started, world, samples);
-  return started;
+  const [newest] = (await api(started, "/v1/scenarios?limit=1")).scenarios;
+  return newest ? { ...started, gallery: `${address}?scenario=${newest.id}` } : started;
 }
 
 async function addExample(program, world, samples) {

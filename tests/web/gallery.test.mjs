@@ -1,4 +1,4 @@
-// The gallery: it opens with an example, fills by itself, shows pictures, keeps its order in the address.
+// The gallery: it fills by itself, shows pictures, keeps its order in the address.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { api, arrived, drawnTiles, json, newPage, shows, startBrowser, startProgram } from "./fixture.mjs";
@@ -16,7 +16,7 @@ after(async () => {
 
 test("an example is there and its tiles come by themselves, drawn and moving", async () => {
   const { page, faults, close } = await newPage(browser);
-  await page.goto(program.address);
+  await page.goto(program.gallery);
   await page.locator("#scenario-list .scenario-link").first().waitFor();
   const { scenarios } = await api(program, "/v1/scenarios");
   assert.equal(await page.locator("#scenario h1").textContent(), scenarios[0].title);
@@ -32,7 +32,7 @@ test("an example is there and its tiles come by themselves, drawn and moving", a
 
 test("the order is in the address, and the back button undoes it", async () => {
   const { page, faults, close } = await newPage(browser);
-  await page.goto(program.address);
+  await page.goto(program.gallery);
   await drawnTiles(page);
   await page.getByRole("button", { name: "Likeliest" }).click();
   await arrived(page, { order: "likely" });
@@ -93,7 +93,7 @@ test("what is found while one looks waits behind a chip, and nothing jumps", asy
 
 test("tiles rest for readers who want less motion, play under the pointer, and all play when asked to", async () => {
   const { page, faults, close } = await newPage(browser, { reducedMotion: "reduce" });
-  await page.goto(program.address);
+  await page.goto(program.gallery);
   await drawnTiles(page, 6);
   const stands = () => page.waitForFunction(() => {
     const was = window.lastPicture;

@@ -18,7 +18,7 @@ const background = (page) => page.evaluate(() => getComputedStyle(document.docum
 
 test("light and dark follow the system, and the button overrules it for good", async () => {
   const { page, faults, close } = await newPage(browser, { colorScheme: "light" });
-  await page.goto(program.address);
+  await page.goto(program.gallery);
   await drawnTiles(page, 8);
   const light = await background(page);
   await picture(page, "gallery-light");
@@ -34,7 +34,7 @@ test("light and dark follow the system, and the button overrules it for good", a
   await page.getByRole("button", { name: "Light theme" }).click();
   await arrived(page, { theme: "light" });
   assert.equal(await background(page), light);
-  await page.goto(program.address);
+  await page.goto(program.gallery);
   await page.waitForFunction(() => document.documentElement.dataset.theme === "light");
   await page.getByRole("tab", { name: /Chains/ }).click();
   await page.locator(".uplot canvas").waitFor();
@@ -47,7 +47,7 @@ test("at 390 pixels nothing sticks out and everything is reachable", async () =>
   const { page, faults, close } = await newPage(browser, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
   const fits = async (where) =>
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= document.documentElement.clientWidth), `${where} fits`);
-  await page.goto(program.address);
+  await page.goto(program.gallery);
   await drawnTiles(page, 2);
   await fits("the gallery");
   await picture(page, "gallery-narrow");
@@ -80,7 +80,7 @@ test("at 390 pixels nothing sticks out and everything is reachable", async () =>
 test("without WebGL it says so, and lists, facts and chains work", async () => {
   const plain = await startBrowser({ webgl: false });
   const { page, faults, close } = await newPage(plain);
-  await page.goto(program.address);
+  await page.goto(program.gallery);
   await page.locator("#no-webgl").waitFor();
   await page.waitForFunction(() => document.querySelectorAll(".tile").length >= 4);
   await page.locator(".tile-link").first().click();
@@ -105,7 +105,7 @@ test("without a stream to spare the page asks for news instead", async () => {
     streams.push({ ending, response }); // a response that nobody holds is collected, and its stream ends
   }
   const { page, faults, close } = await newPage(browser, {}, /\b503\b/);
-  await page.goto(crowded.address);
+  await page.goto(crowded.gallery);
   await page.waitForFunction(() => document.getElementById("connection").dataset.state === "asking");
   assert.ok(await page.locator("#banner").isHidden());
   await drawnTiles(page, 2);
@@ -121,7 +121,7 @@ test("while the server is gone a banner says so, and the page comes back by itse
   const first = await startProgram();
   // A browser tells the console of every request that finds nobody.
   const { page, faults, close } = await newPage(browser, {}, /ERR_(CONNECTION_REFUSED|INCOMPLETE_CHUNKED_ENCODING|CONNECTION_RESET|EMPTY_RESPONSE|NETWORK_CHANGED)|\b503\b/);
-  await page.goto(first.address);
+  await page.goto(first.gallery);
   await drawnTiles(page, 2);
   await first.end();
   await page.locator("#banner").waitFor();

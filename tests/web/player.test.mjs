@@ -18,7 +18,7 @@ const time = (page) => page.locator(".scrub").evaluate((scrub) => scrub.valueAsN
 const passes = (page, than) => page.waitForFunction((least) => document.querySelector(".scrub").valueAsNumber > least, than);
 
 async function openFirst(page) {
-  await page.goto(program.address);
+  await page.goto(program.gallery);
   await drawnTiles(page);
   await page.locator(".tile-link").first().click();
   await page.locator(".player .picture.drawn").waitFor();
@@ -229,7 +229,7 @@ function everyShape() {
 
 test("keys open and close it, the back button leaves it, neighbours are one key away", async () => {
   const { page, faults, close } = await newPage(browser);
-  await page.goto(program.address);
+  await page.goto(program.gallery);
   await drawnTiles(page);
   await page.locator(".tile-link").first().focus();
   const first = await page.locator(".tile").first().getAttribute("data-sample");
@@ -238,7 +238,7 @@ test("keys open and close it, the back button leaves it, neighbours are one key 
   await page.locator(".player .picture.drawn").waitFor();
   await page.keyboard.press("k");
   await page.waitForFunction((was) => new URLSearchParams(location.search).get("sample") !== was, first);
-  await page.goBack();
+  await page.keyboard.press("j");
   await arrived(page, { sample: first });
   await page.goBack();
   await arrived(page, { sample: null });

@@ -2,29 +2,35 @@
 import { pathOf, post, request } from "./api.js";
 import { complain } from "./notice.js";
 import { on } from "./live.js";
-import { place } from "./url_state.js";
+import { onPlace, place } from "./url_state.js";
 
-/** @type {Map<string, import("./types.js").Scenario>} in the server's order */
+/** @type {Map<string, import("./types.js").Scenario>} the newest first, as the server lists them */
 const scenarios = new Map();
+/** Those that the server does not have. @type {Set<string>} */
+const missing = new Set();
 /** @type {Map<string, import("./types.js").Chain>} of the scenario `chainsOf` */
 const chains = new Map();
 let chainsOf = "";
+/** Whether they are all there; an event may tell of one before that. */
+let chainsReady = false;
 let cursor = null;
 let ready = false;
 let worlds = null;
+const meanings = new Map();
 const listeners = new Set();
 
 export const allScenarios = () => [...scenarios.values()];
 export const hasMoreScenarios = () => Boolean(cursor);
 export const isReady = () => ready;
 
-/** The scenario that the address names, else the first. @returns {import("./types.js").Scenario|undefined} */
-export function openScenario() {
-  return place().scenario ? scenarios.get(place().scenario) : scenarios.values().next().value;
-}
+/** The scenario that the address names. @returns {import("./types.js").Scenario|undefined} */
+export const openScenario = () => scenarios.get(place().scenario);
+
+/** Whether the server was asked for a scenario and does not have it. @param {string} id */
+export const isMissing = (id) => missing.has(id);
 
 /** The chains of the open scenario by their index. */
-export const openChains = () => (chainsOf === openScenario()?.id ? [...chains.values()].sort((a, b) => a.index - b.index) : []);
+export const openChains = () => (chainsReady && chainsOf === openScenario()?.id ? [...chains.values()].sort((a, b) => a.index - b.index) : []);
 
 /** Calls `listener` after anything here changed, at most once a frame. @param {() => void} listener */
 export function onCatalog(listener) {
@@ -51,11 +57,25 @@ export async function allWorlds() {
   }
 }
 
+/** What a scenario's measures mean. It never changes, so that it is asked for once.
+ * @param {string} scenario id @returns {Promise<{measures: object[]}>} */
+export async function meaningOf(scenario) {
+  if (!meanings.has(scenario)) meanings.set(scenario, request(pathOf("scenarios", scenario)));
+  try {
+    const { measures = [] } = await meanings.get(scenario);
+    return { measures };
+  } catch (error) {
+    meanings.delete(scenario);
+    throw error;
+  }
+}
+
 export async function loadScenarios({ more = false } = {}) {
   const body = await request(`/v1/scenarios?limit=100${more && cursor ? `&cursor=${encodeURIComponent(cursor)}` : ""}`);
   if (!more) scenarios.clear();
   for (const scenario of body.scenarios) scenarios.set(scenario.id, scenario);
   cursor = body.next_cursor ?? null;
+  sort();
   await loadNamed();
   ready = true;
   tell();
@@ -67,18 +87,31 @@ async function loadNamed() {
   await Promise.all(named.map(async (id) => {
     const scenario = await request(pathOf("scenarios", id)).catch((error) => (error.status === 404 ? null : Promise.reject(error)));
     if (scenario) scenarios.set(id, scenario);
+    else missing.add(id);
   }));
+  if (named.length) sort();
+}
+
+/** The newest first; those of one moment stay as they came. */
+function sort() {
+  const sorted = [...scenarios].sort(([, one], [, other]) => Date.parse(other.created_at) - Date.parse(one.created_at));
+  scenarios.clear();
+  for (const [id, scenario] of sorted) scenarios.set(id, scenario);
 }
 
 /** Asks for the chains of the open scenario, once for each scenario unless `again`. */
 export async function loadChains({ again = false } = {}) {
   const scenario = openScenario();
   if (!scenario || (chainsOf === scenario.id && !again)) return;
-  if (chainsOf !== scenario.id) chains.clear();
+  if (chainsOf !== scenario.id) {
+    chains.clear();
+    chainsReady = false;
+  }
   chainsOf = scenario.id;
   const body = await request(pathOf("scenarios", scenario.id, "/chains"));
   if (chainsOf !== scenario.id) return;
   for (const chain of body.chains) chains.set(chain.id, chain);
+  chainsReady = true;
   tell();
 }
 
@@ -119,15 +152,24 @@ function note(chain) {
 on("chain", note);
 /** Keeps a scenario in its place; a new one comes first, as the server lists them. */
 function keep(scenario) {
-  const others = scenarios.has(scenario.id) ? [] : [...scenarios];
-  if (others.length) scenarios.clear();
+  const isNew = !scenarios.has(scenario.id);
+  const others = isNew ? [...scenarios] : [];
+  if (isNew) scenarios.clear();
   scenarios.set(scenario.id, scenario);
   for (const [id, other] of others) scenarios.set(id, other);
+  missing.delete(scenario.id);
+  if (isNew) sort();
+}
+
+/** Whether it would stand below what is loaded of the list. */
+function isFurtherDown(scenario) {
+  const last = [...scenarios.values()].at(-1);
+  return Boolean(cursor && last) && !scenarios.has(scenario.id) && Date.parse(scenario.created_at) < Date.parse(last.created_at);
 }
 
 on("scenario", (scenario) => {
   // Until the list is there, an event would look like the whole of it.
-  if (ready) keep(scenario);
+  if (ready && !isFurtherDown(scenario)) keep(scenario);
   tell();
 });
 on("scenario-deleted", ({ id }) => {
@@ -141,3 +183,7 @@ on("samples", ({ scenario, count }) => {
   tell();
 });
 on("resync", () => Promise.all([loadScenarios(), loadChains({ again: true })]).catch(complain));
+onPlace((now, before) => {
+  if (!ready || (now.scenario === before.scenario && now.together === before.together)) return;
+  loadNamed().then(tell, complain);
+});

@@ -1,11 +1,11 @@
 // Starting chains: how many, by which method, and when they shall stop. Open while the address says so.
 import { Problem } from "./api.js";
 import { allWorlds, startChains } from "./catalog.js";
-import { h, say } from "./dom.js";
+import { h, onDismiss, say } from "./dom.js";
 import { METHODS } from "./health_words.js";
 import { icon } from "./icons.js";
 import { complain } from "./notice.js";
-import { go, onPlace, place } from "./url_state.js";
+import { leave, onPlace, place } from "./url_state.js";
 
 export class ChainForm {
   /** @param {import("./types.js").Scenario} scenario */
@@ -23,11 +23,11 @@ export class ChainForm {
     this.start = h("button.primary", { type: "submit" }, "Start");
     this.element = h(
       "dialog.sheet",
-      { "aria-label": "Start chains", oncancel: (event) => this.#cancel(event) },
+      { "aria-label": "Start chains" },
       h(
         "form.start-chains",
         { onsubmit: (event) => this.#start(event) },
-        h("div.sheet-head", {}, h("h2", {}, "Start chains"), h("button.quiet.square", { type: "button", "aria-label": "Close", onclick: () => go({ start: "" }) }, icon("close"))),
+        h("div.sheet-head", {}, h("h2", {}, "Start chains"), h("button.quiet.square", { type: "button", "aria-label": "Close", onclick: () => leave({ start: "" }) }, icon("close"))),
         this.methods,
         h("div.fields", {}, field("Chains", this.count), field("Seed", this.seed)),
         h("fieldset", {}, h("legend", {}, "Each stops after whichever comes first"), h("div.fields", {}, field("Animations found", this.samples), field("Independent animations", this.ess))),
@@ -35,6 +35,7 @@ export class ChainForm {
         h("div.sheet-foot", {}, h("p.dim", {}, "Several chains can be checked against each other; one alone cannot."), this.start),
       ),
     );
+    onDismiss(this.element, () => this.element.isConnected && leave({ start: "" }));
     this.end = onPlace(() => this.show());
   }
 
@@ -63,11 +64,6 @@ export class ChainForm {
     this.methods.querySelector("input").focus();
   }
 
-  #cancel(event) {
-    event.preventDefault();
-    go({ start: "" });
-  }
-
   async #start(event) {
     event.preventDefault();
     this.start.disabled = true;
@@ -82,7 +78,7 @@ export class ChainForm {
     say(this.fault, "");
     try {
       await startChains(this.scenario, wanted);
-      go({ start: "" });
+      leave({ start: "" });
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
       say(this.fault, [error.message, ...error.errors.map((fault) => `${fault.pointer} ${fault.detail}`)].join(" – "));

@@ -49,3 +49,29 @@ export function arrange(parent, children) {
     if (parent.children[at] !== child) parent.insertBefore(child, parent.children[at] ?? null);
   });
 }
+
+/** A click as it is meant for this page; those that ask for another tab or window stay the browser's. @param {() => void} act */
+export const onPlainClick = (act) => (event) => {
+  if (event.metaKey || event.ctrlKey || event.shiftKey || event.button) return;
+  event.preventDefault();
+  act();
+};
+
+/**
+ * Calls `leave` when a reader wants an open dialog gone: Esc, or the back gesture of a phone. Browsers close several
+ * dialogs at once, or without asking, where nobody has clicked yet; so the key is taken before they see it, and what
+ * they closed is left too.
+ * @param {HTMLDialogElement} dialog @param {() => void} leave closes it; does nothing when it is left already
+ */
+export function onDismiss(dialog, leave) {
+  dialog.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    event.preventDefault();
+    leave();
+  });
+  dialog.addEventListener("cancel", (event) => {
+    event.preventDefault();
+    leave();
+  });
+  dialog.addEventListener("close", () => dialog.open || leave());
+}

@@ -31,7 +31,7 @@ export class Facts {
     );
   }
 
-  /** @param {string} id */
+  /** @param {string} id @returns {Promise<import("./types.js").Sample|null>} null when another is shown meanwhile */
   async show(id) {
     this.id = id;
     say(this.verdict, "");
@@ -41,7 +41,7 @@ export class Facts {
     this.keyframes.href = keyframesPath(id);
     /** @type {import("./types.js").Sample} */
     const sample = await request(pathOf("samples", id));
-    if (this.id !== id) return;
+    if (this.id !== id) return null;
     this.learning.hidden = !sample.learning;
     fill(this.measures, Object.entries(sample.measures ?? {}).map(([name, value]) => [spaced(name), measure(name, value)]));
     fill(this.origin, [
@@ -57,6 +57,7 @@ export class Facts {
     const variables = Object.entries(sample.variables ?? {});
     say(this.variablesTitle, `${count(variables.length)} random ${variables.length === 1 ? "variable" : "variables"}`);
     fill(this.variables, variables.map(([name, value]) => [spaced(name), number(value, 6)]));
+    return sample;
   }
 
   /** @param {string[]} notes */

@@ -1,5 +1,7 @@
 // The grid of live tiles: pages of samples and their order.
 import { pathOf, request } from "./api.js";
+import { captionsOf } from "./captions.js";
+import { meaningOf } from "./catalog.js";
 import { arrange, h, say } from "./dom.js";
 import { aspectOf, SharedFraming } from "./framing.js";
 import { InStep, playsAll } from "./in_step.js";
@@ -31,12 +33,15 @@ export class Gallery {
     this.lastCursor = null;
     this.generation = 0;
     this.open = true;
+    this.captions = captionsOf(scenario);
+    meaningOf(scenario).then(({ measures }) => this.captions.mean(measures), complain);
     this.clock = new InStep(() => this.tiles.values(), () => this.open && place().tab !== "chains");
     this.#build();
     this.endings = [
       on("samples", (event) => event.scenario === scenario && this.#arrived(event.count)),
       on("resync", () => this.#resync()),
       onPlace(() => this.clock.follow()),
+      this.captions.onChange(() => this.#caption()),
     ];
   }
 
@@ -135,6 +140,8 @@ export class Gallery {
     }
     for (const [id, tile] of this.tiles) if (!next.has(id)) tile.close();
     this.tiles = next;
+    this.captions.admit(samples);
+    this.#caption();
     arrange(this.grid, [...next.values()].map((tile) => tile.element));
     this.more.hidden = !this.cursor;
     // Watched anew, so that a page that does not reach the end of the window loads the next one.
@@ -144,9 +151,16 @@ export class Gallery {
     stage.redraw();
   }
 
+  #caption() {
+    for (const [id, tile] of this.tiles) tile.caption(this.captions.of(id));
+  }
+
   #newTile(sample) {
     const tile = new Tile(sample, {
-      admit: (take) => this.#admit(take.framing),
+      admit: (take, id) => {
+        this.captions.witness(id, take.story);
+        this.#admit(take.framing);
+      },
       framing: (take) => this.framing.of(take.framing),
       playsAll,
     });

@@ -11,6 +11,12 @@ const calm = matchMedia("(prefers-reduced-motion: reduce)");
 /** Whether all tiles play: as the address says, else unless the reader wants less motion. */
 export const playsAll = () => (place().play || (calm.matches ? "off" : "on")) === "on";
 
+/** The switch that makes everything play. */
+export const newPlaySwitch = () => h("button.quiet.toggle", { type: "button", onclick: () => go({ play: playsAll() ? "off" : "on" }) }, icon("repeat"), "Play all");
+
+/** @param {HTMLButtonElement} button */
+export const showPlaySwitch = (button) => button.setAttribute("aria-pressed", String(playsAll()));
+
 export class InStep {
   #ticking = false;
   #start = 0;
@@ -20,12 +26,12 @@ export class InStep {
   constructor(tiles, isOpen) {
     this.tiles = tiles;
     this.isOpen = isOpen;
-    this.button = h("button.quiet.toggle", { type: "button", onclick: () => go({ play: playsAll() ? "off" : "on" }) }, icon("repeat"), "Play all");
+    this.button = newPlaySwitch();
   }
 
   /** Plays or rests, as the address says. */
   follow() {
-    this.button.setAttribute("aria-pressed", String(playsAll()));
+    showPlaySwitch(this.button);
     if (!playsAll()) {
       for (const tile of this.tiles()) tile.rest();
     } else if (!this.#ticking) {

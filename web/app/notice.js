@@ -9,9 +9,18 @@ const box = document.getElementById("notices");
 /** @param {string} text @param {"plain"|"bad"} [kind] */
 export function notice(text, kind = "plain") {
   const line = h(`p.notice.${kind}`, {}, text);
+  // Shown anew, so that it lies above a dialog that was opened meanwhile.
+  if (box.matches(":popover-open")) box.hidePopover();
+  box.showPopover();
   box.append(line);
-  setTimeout(() => line.remove(), 6000);
+  setTimeout(() => {
+    line.remove();
+    if (!box.children.length) box.hidePopover();
+  }, 6000);
 }
+
+/** Says that a parameter of the address has no meaning. @param {string} name @param {string} value */
+export const senseless = (name, value) => notice(`The address says ${name} = “${value.slice(0, 60)}”, which means nothing here; it is left out.`, "bad");
 
 /** Says why something was refused; silent when the server is gone, which the banner says. @param {any} error */
 export function complain(error) {

@@ -1,18 +1,28 @@
 // The large view of one sample. Where it stands, how fast it plays and from where it is seen is in the address.
-import { h, say } from "./dom.js";
+import { captionsOf } from "./captions.js";
+import { meaningOf } from "./catalog.js";
+import { h, onDismiss, say } from "./dom.js";
 import { Facts } from "./facts.js";
 import { Legend } from "./legend.js";
 import { icon } from "./icons.js";
 import { on } from "./live.js";
-import { complain } from "./notice.js";
+import { neighboursOf } from "./neighbours.js";
+import { complain, notice, senseless } from "./notice.js";
 import { Orbit } from "./orbit.js";
 import { stage, View } from "./stage.js";
 import { takeOf } from "./takes.js";
-import { SPEEDS, Transport } from "./transport.js";
-import { go, onPlace, place, settle } from "./url_state.js";
+import { Transport } from "./transport.js";
+import { leave, onPlace, place, settle } from "./url_state.js";
+import { capital } from "./words.js";
 
 const HOLD = 0.8; // [s] at the end before it plays again
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+/** The place without an animation in the large view. */
+const NOTHING = { sample: "", t: "", camera: "" };
+
+/** The tile of a sample in the gallery behind. @param {string} id @returns {HTMLElement|null} */
+const tileOf = (id) => document.querySelector(`#scenario .tile[data-sample="${CSS.escape(id)}"]`);
 
 export function startPlayer() {
   const player = new Player(document.getElementById("player"));
@@ -29,6 +39,8 @@ class Player {
     this.time = 0;
     this.playing = false;
     this.facts = new Facts();
+    this.title = h("h2");
+    this.more = h("p.player-more.dim");
     this.message = h("p.shot-note");
     this.legend = new Legend();
     this.picture = h("div.picture", { tabIndex: 0, role: "img", "aria-label": "The animation. Drag to turn, wheel to come closer." }, this.message, this.legend.element);
@@ -51,12 +63,9 @@ class Player {
     dialog.append(
       h("div.stage-place"),
       h("div.player-main", {}, this.picture, this.transport.element),
-      h("aside.player-side", { "aria-label": "Facts" }, h("div.player-head", {}, h("h2", {}, "Animation"), this.previous, this.next, this.close), this.facts.element),
+      h("aside.player-side", { "aria-label": "Facts" }, h("div.player-head", {}, this.title, this.previous, this.next, this.close), this.more, this.facts.element),
     );
-    dialog.addEventListener("cancel", (event) => {
-      event.preventDefault();
-      this.#leave();
-    });
+    onDismiss(dialog, () => this.#leave());
     dialog.addEventListener("keydown", (event) => this.#key(event));
     addEventListener("resize", () => (this.view.stale = true));
     on("resync", () => {
@@ -71,13 +80,13 @@ class Player {
     const { sample, speed, loop, path, t, camera, color } = place();
     if (sample !== this.id) this.#change(sample);
     if (!sample) return;
-    this.transport.showChosen({ speed: SPEEDS.includes(Number(speed)) ? speed : "1", loop: loop === "on", path: path === "on", color });
+    this.transport.showChosen({ speed, loop: loop === "on", path: path === "on", color });
     this.view.shown = { path: path === "on", contacts: true, color };
     this.legend.show(this.take?.ground?.legend(color) ?? null);
     this.orbit.text = camera;
     this.view.stale = true;
     stage.request();
-    if (t !== "" && Number(t) !== Number(this.time.toFixed(3)) && Number.isFinite(Number(t))) {
+    if (t !== "" && Number(t) !== Number(this.time.toFixed(3))) {
       this.playing = false;
       this.#at(Number(t));
     } else if (t === "" && !this.playing && this.take && !this.waits) {
@@ -92,26 +101,47 @@ class Player {
     this.take = null;
     this.view.take = null;
     this.playing = false;
-    if (!id) return this.#shut();
-    this.time = place().t === "" ? 0 : Math.max(0, Number(place().t) || 0);
+    if (!id) return this.#shut(was);
+    this.time = Number(place().t);
     if (!this.dialog.open) this.dialog.showModal();
     if (!was) {
+      this.opened = id;
       stage.add(this.view);
       stage.enter(this.dialog, false);
       this.picture.focus();
     }
     this.#findNeighbours();
+    const { scenario, together } = place();
+    this.captions = scenario && !together ? captionsOf(scenario) : null;
+    this.#caption();
     this.picture.classList.remove("drawn");
     this.transport.element.inert = true;
     say(this.message, stage.works ? "" : "No 3D graphics in this browser (WebGL 2 is missing).");
     try {
-      const facts = this.facts.show(id);
-      if (stage.works) await this.#loadTake(id);
-      await facts;
+      await Promise.all([this.facts.show(id).then((sample) => this.#follow(sample)), stage.works && this.#loadTake(id)]);
     } catch (error) {
-      if (this.id === id) say(this.message, error.status === 404 ? "This animation is not here any more." : "This animation is not available.");
+      if (this.id !== id) return;
+      if (error.status === 404) return this.#miss(id);
+      say(this.message, "This animation is not available.");
       complain(error);
     }
+  }
+
+  /** Says that there is no such animation, and leaves the reader what lies behind it. */
+  #miss(id) {
+    settle(NOTHING);
+    notice(`There is no animation “${id}”; it may have been deleted.`, "bad");
+  }
+
+  /** An animation is shown over the gallery of its own scenario, whatever the address said. */
+  #follow(sample) {
+    if (this.id !== sample?.id) return;
+    this.#listen(sample);
+    const { scenario, together } = place();
+    if (sample.scenario === scenario || together.split(",").includes(sample.scenario)) return;
+    if (scenario || together) notice("This animation belongs to another scenario than the address said. That one is open now.");
+    settle({ scenario: sample.scenario, together: "", takes: "" });
+    this.#findNeighbours();
   }
 
   async #loadTake(id) {
@@ -123,20 +153,44 @@ class Player {
     this.facts.note(take.notes);
     this.transport.element.inert = false;
     this.transport.showTake(take);
+    this.#checkColor();
+    this.#caption();
     this.#at(Math.min(this.time, take.duration));
     this.waits = calm.matches;
     this.show();
   }
 
-  #shut() {
-    if (!this.dialog.open) return;
-    this.dialog.close();
+  /** Its caption is the gallery's, which may learn more of what tells animations apart. */
+  #listen(sample) {
+    this.deaf?.();
+    this.captions = captionsOf(sample.scenario);
+    this.captions.admit([sample]);
+    this.deaf = this.captions.onChange(() => this.#caption());
+    meaningOf(sample.scenario).then(({ measures }) => this.captions.mean(measures), complain);
+    this.#caption();
+  }
+
+  #caption() {
+    if (this.take) this.captions?.witness(this.id, this.take.story);
+    const { gist, more } = this.captions?.of(this.id) ?? { gist: "", more: "" };
+    say(this.title, gist ? capital(gist) : "Animation");
+    say(this.more, more);
+    this.more.hidden = !more;
+  }
+
+  #shut(was) {
     stage.remove(this.view);
     stage.enter(document.body, true);
+    if (this.dialog.open) this.dialog.close();
+    // The gallery is where it was, unless another animation than the one that was opened there is to be in view.
+    if (was === this.opened) return;
+    const tile = tileOf(was);
+    tile?.scrollIntoView({ block: "nearest" });
+    tile?.querySelector("a").focus({ preventScroll: true });
   }
 
   #leave() {
-    go({ sample: "", t: "", camera: "" });
+    leave(NOTHING);
   }
 
   #at(time) {
@@ -198,22 +252,45 @@ class Player {
     settle({ t: this.time.toFixed(3) });
   }
 
+  #checkColor() {
+    const { color } = place();
+    const names = this.take.ground?.names ?? [];
+    if (!color || !names.length || names.includes(color)) return;
+    senseless("color", color);
+    settle({ color: "" });
+  }
+
   #nextColor() {
     const all = ["", ...(this.take.ground?.names ?? [])];
     return all[(all.indexOf(place().color) + 1) % all.length];
   }
 
-  #findNeighbours() {
-    const tile = document.querySelector(`#scenario .tile[data-sample="${CSS.escape(this.id)}"]`);
-    this.beside = [tile?.previousElementSibling?.dataset.sample, tile?.nextElementSibling?.dataset.sample];
-    this.previous.disabled = !this.beside[0];
-    this.next.disabled = !this.beside[1];
+  /** From the tiles, as far as they are there. */
+  async #findNeighbours() {
+    const { id } = this;
+    const tile = tileOf(id);
+    const beside = [tile?.previousElementSibling?.dataset.sample, tile?.nextElementSibling?.dataset.sample];
+    this.#offer(beside);
+    if (beside[0] && beside[1]) return;
+    try {
+      const found = await neighboursOf({ ...place(), sample: id });
+      if (this.id === id) this.#offer(beside.map((each, at) => each ?? found[at]));
+    } catch (error) {
+      // A sample that is not there says so itself.
+      if (error.status !== 404) complain(error);
+    }
   }
 
+  #offer(beside) {
+    this.beside = beside;
+    this.previous.disabled = !beside[0];
+    this.next.disabled = !beside[1];
+  }
+
+  /** One step aside is none in the history: the way back leads to the gallery. */
   #neighbour(step) {
-    this.#findNeighbours();
     const id = this.beside[step < 0 ? 0 : 1];
-    if (id) go({ sample: id, t: "" });
+    if (id) settle({ sample: id, t: "" });
   }
 
   #key(event) {

@@ -1,12 +1,12 @@
 // A new scenario: choose a world, edit one of its examples, and see every fault where it is.
 import { Problem } from "./api.js";
 import { allWorlds, createScenario, startChains } from "./catalog.js";
-import { h, say } from "./dom.js";
+import { h, onDismiss, say } from "./dom.js";
 import { icon } from "./icons.js";
 import { placeOf } from "./json_place.js";
-import { complain } from "./notice.js";
+import { complain, notice } from "./notice.js";
 import { ELSEWHERE } from "./scenario_list.js";
-import { go, onPlace, place, settle } from "./url_state.js";
+import { leave, onPlace, place, settle } from "./url_state.js";
 import { documentText } from "./words.js";
 
 const FIRST_SAMPLES = 50;
@@ -37,7 +37,7 @@ class ScenarioForm {
       h(
         "form",
         { onsubmit: (event) => this.#create(event) },
-        h("div.sheet-head", {}, h("h2", { id: "create-title" }, "New scenario"), h("button.quiet.square", { type: "button", "aria-label": "Close", onclick: () => go({ create: "" }) }, icon("close"))),
+        h("div.sheet-head", {}, h("h2", { id: "create-title" }, "New scenario"), h("button.quiet.square", { type: "button", "aria-label": "Close", onclick: () => leave({ create: "" }) }, icon("close"))),
         this.worlds,
         h("div.sheet-row", {}, this.exampleField, this.terms),
         this.sayingField,
@@ -47,10 +47,7 @@ class ScenarioForm {
         h("div.sheet-foot", {}, h("label.check", {}, this.search, `Start a chain that looks for ${FIRST_SAMPLES} animations`), this.submit),
       ),
     );
-    dialog.addEventListener("cancel", (event) => {
-      event.preventDefault();
-      go({ create: "" });
-    });
+    onDismiss(dialog, () => leave({ create: "" }));
   }
 
   async open() {
@@ -61,7 +58,14 @@ class ScenarioForm {
     } catch (error) {
       return complain(error);
     }
-    const world = this.known.find(({ name }) => name === place().create) ?? this.known[0];
+    const wanted = place().create;
+    if (!wanted) return;
+    const named = this.known.find(({ name }) => name === wanted);
+    if (!named && wanted !== "any") {
+      notice(`There is no world “${wanted}”.`, "bad");
+      settle({ create: "any" });
+    }
+    const world = named ?? this.known[0];
     if (world && world !== this.world) this.#offer(world);
     if (opens) (this.sayingField.hidden ? this.text : this.saying).focus();
   }
@@ -117,7 +121,8 @@ class ScenarioForm {
       if (this.search.checked && !scenario.samples && !scenario.chains?.running) {
         await startChains(scenario.id, { stop: { samples: FIRST_SAMPLES } }).catch(complain);
       }
-      go({ ...ELSEWHERE, scenario: scenario.id, tab: "animations" });
+      // In the place of the form, which the way back should not meet again.
+      settle({ ...ELSEWHERE, scenario: scenario.id, tab: "animations" });
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
       this.#show(error);

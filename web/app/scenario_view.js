@@ -1,5 +1,6 @@
 // The open scenario: its wish, its tabs, and what to do with it.
-import { deleteScenario, isReady, onCatalog, openChains, openScenario, startChains } from "./catalog.js";
+import { deleteScenario, isMissing, isReady, onCatalog, openChains, openScenario, startChains } from "./catalog.js";
+import { FirstScreen } from "./first_screen.js";
 import { Gallery } from "./gallery.js";
 import { ChainPanel } from "./chain_panel.js";
 import { h, say } from "./dom.js";
@@ -15,32 +16,35 @@ const MORE = 50;
 export function startScenarioView() {
   const host = document.getElementById("scenario");
   let open = null;
+  const put = (view) => {
+    open?.close();
+    open = view;
+    host.replaceChildren(view ? view.element : "");
+  };
   const show = () => {
-    if (place().together && isReady()) {
-      if (!(open instanceof Together)) {
-        open?.close();
-        open = new Together();
-        host.replaceChildren(open.element);
-      }
-      return open.show();
-    }
+    const { scenario: wanted, together } = place();
     const scenario = openScenario();
-    // Named in the address from the start: a newer scenario must not take its place.
-    if (scenario && isReady() && !place().scenario) return settle({ scenario: scenario.id });
-    if (open?.id !== scenario?.id || (!scenario && isReady())) {
-      open?.close();
-      open = scenario ? new ScenarioView(scenario) : null;
-      host.replaceChildren(open ? open.element : isReady() ? nothing() : "");
+    if (together) {
+      if (!isReady()) return;
+      if (!(open instanceof Together)) put(new Together());
+    } else if (!wanted) {
+      if (!(open instanceof FirstScreen)) put(new FirstScreen());
+    } else if (scenario) {
+      if (open?.id !== wanted) put(new ScenarioView(scenario));
+    } else if (open) {
+      put(null);
     }
-    open?.show(scenario);
+    if (open) open.show(scenario);
+    else host.replaceChildren(isMissing(wanted) ? nothing() : "");
   };
   onCatalog(show);
   onPlace(show);
+  show();
 }
 
 function nothing() {
-  const text = place().scenario ? "This scenario is not here any more." : "There is no scenario yet.";
-  return h("div.empty", {}, h("h1", {}, text), h("p", {}, "Pick one from the list, or wish for something new."), h("button.primary", { type: "button", onclick: () => go({ scenario: "", ...ELSEWHERE, create: "any" }) }, "New scenario"));
+  document.title = "Retake";
+  return h("div.empty", {}, h("h1", {}, "This scenario is not here"), h("p", {}, "It may have been deleted, or the address is not right. Pick one from the list, or wish for something new."), h("button.primary", { type: "button", onclick: () => go({ scenario: "", ...ELSEWHERE, create: "any" }) }, "New scenario"));
 }
 
 class ScenarioView {
@@ -137,7 +141,7 @@ class ScenarioView {
       }, { once: true });
       return;
     }
-    await deleteScenario(this.id).then(() => go({ scenario: "", ...ELSEWHERE }), complain);
+    await deleteScenario(this.id).then(() => settle({ scenario: "", ...ELSEWHERE }), complain);
   }
 }
 

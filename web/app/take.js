@@ -6,6 +6,7 @@ import { lengthOf, trailOf } from "./trail.js";
 import { framingOf } from "./framing.js";
 import { Ground, isGround } from "./ground.js";
 import { Reflection } from "./reflection.js";
+import { storyOf } from "./story.js";
 
 const FORMAT = "retake.keyframes/1";
 const CROWD = 4; // with more movers than these, only the one that goes farthest leaves a trail
@@ -24,6 +25,8 @@ export class Take {
     this.duration = keyframes.duration;
     this.rate = keyframes.rate;
     this.events = [...(keyframes.events ?? [])].sort((a, b) => a.time - b.time);
+    /** What happens in it, in words. */
+    this.story = storyOf(keyframes);
     /** What the reader should know about what is shown. @type {string[]} */
     this.notes = keyframes.format === FORMAT ? [] : [`This page reads ${FORMAT}, not ${keyframes.format}.`];
     this.group = new THREE.Group();

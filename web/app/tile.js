@@ -1,19 +1,20 @@
 // One tile of the gallery: a sample's picture, which moves, and a line of what it is.
-import { h, say } from "./dom.js";
+import { h, onPlainClick, say } from "./dom.js";
 import { LEARNING } from "./health_words.js";
 import { icon } from "./icons.js";
 import { complain } from "./notice.js";
 import { stage, View } from "./stage.js";
 import { TILE_RATE, takeOf } from "./takes.js";
 import { address, go } from "./url_state.js";
-import { gist, seconds } from "./words.js";
+import { seconds } from "./words.js";
 
 export class Tile {
   #visible = false;
 
   /**
    * @param {import("./types.js").Sample} sample
-   * @param {{admit: (take: object) => void, framing: (take: object) => object, playsAll: () => boolean}} gallery
+   * @param {{admit: (take: object, sample: string) => void, framing: (take: object) => object,
+   *   playsAll: () => boolean}} gallery
    */
   constructor(sample, gallery) {
     this.sample = sample;
@@ -21,32 +22,36 @@ export class Tile {
     this.note = h("span.shot-note");
     this.shot = h("span.shot", {}, this.note, sample.learning && h("span.learning", { title: LEARNING }, icon("sprout")));
     this.view = new View(this.shot);
-    this.words = h("span.tile-gist", {}, gist(sample));
+    this.gist = h("span.tile-gist");
+    this.more = h("span.tile-more.dim", { hidden: true });
     this.link = h(
       "a.tile-link",
       {
         href: address({ sample: sample.id }),
-        "aria-label": `Animation, ${gist(sample, 3)}, ${seconds(sample.duration)}${sample.learning ? `, ${LEARNING.toLowerCase()}` : ""}`,
-        onclick: (event) => this.#open(event),
+        onclick: onPlainClick(() => go({ sample: this.sample.id })),
         onpointerenter: () => this.#attend(),
         onpointerleave: () => this.rest(),
         onfocus: () => this.#attend(),
         onblur: () => this.rest(),
       },
       this.shot,
-      h("span.tile-line", {}, this.words, h("span.dim", {}, seconds(sample.duration))),
+      h("span.tile-line", {}, this.gist, h("span.dim", {}, seconds(sample.duration))),
+      this.more,
     );
     this.element = h("li.tile", {}, this.link);
     this.element.tile = this;
     this.element.dataset.sample = sample.id;
     stage.add(this.view);
+    this.caption({ gist: "", more: "" });
   }
 
-  /** Says a name instead of what the sample is. @param {string} text */
-  name(text) {
-    if (!text || this.words.textContent === text) return;
-    this.link.setAttribute("aria-label", `${text}: ${this.link.getAttribute("aria-label")}`);
-    say(this.words, text);
+  /** Says what it is. @param {import("./captions.js").Caption} caption */
+  caption({ gist, more }) {
+    say(this.gist, gist);
+    say(this.more, more);
+    this.more.hidden = !more;
+    const { duration, learning } = this.sample;
+    this.link.setAttribute("aria-label", ["Animation", gist, more, seconds(duration), learning && LEARNING.toLowerCase()].filter(Boolean).join(", "));
   }
 
   /** Whether it has a picture that is in the window. */
@@ -75,7 +80,7 @@ export class Tile {
       if (!this.#visible || this.closed) return;
       this.view.take = take;
       this.view.time = take.duration;
-      this.gallery.admit(take);
+      this.gallery.admit(take, this.sample.id);
       this.frame();
       this.shot.classList.add("drawn");
       say(this.note, take.notes.join(" "));
@@ -143,11 +148,5 @@ export class Tile {
     this.closed = true;
     this.#drop();
     stage.remove(this.view);
-  }
-
-  #open(event) {
-    if (event.metaKey || event.ctrlKey || event.shiftKey || event.button) return;
-    event.preventDefault();
-    go({ sample: this.sample.id });
   }
 }

@@ -4,7 +4,7 @@ import { allScenarios } from "./catalog.js";
 import { arrange, h, say } from "./dom.js";
 import { InStep, playsAll } from "./in_step.js";
 import { on } from "./live.js";
-import { complain } from "./notice.js";
+import { complain, notice } from "./notice.js";
 import { stage } from "./stage.js";
 import { Tile } from "./tile.js";
 import { go, place, settle } from "./url_state.js";
@@ -95,7 +95,7 @@ export class Together {
       if (!sample && known.get(id)?.samples === 0) this.#note(id, "Nothing found yet");
       else this.#ask(id, sample);
     }
-    for (const [id, tile] of this.#tiles) tile.name(known.get(id)?.title ?? "");
+    for (const [id, tile] of this.#tiles) tile.caption({ gist: known.get(id)?.title ?? "", more: "" });
     // A layout that moved is drawn anew.
     stage.request();
     this.clock.follow();
@@ -123,6 +123,12 @@ export class Together {
     try {
       const sample = wanted ? this.#samples.get(wanted) ?? (await request(pathOf("samples", wanted))) : (await post(pathOf("scenarios", id, "/plays"), {})).sample;
       if (!this.#open) return;
+      if (sample.scenario !== id) {
+        notice(`The animation “${sample.id}” is of another scenario; a fresh one takes its place.`);
+        this.#asked.delete(id);
+        settle(asPlace(chosen().set(id, "")));
+        return this.show();
+      }
       this.#samples.set(sample.id, sample);
       this.#asked.delete(id);
       this.#note(id, "");

@@ -2,7 +2,7 @@
 import uPlot from "../vendor/uplot.js";
 import { pathOf, request } from "./api.js";
 import { h } from "./dom.js";
-import { complain } from "./notice.js";
+import { complain, senseless } from "./notice.js";
 import { color, onTheme } from "./theme.js";
 import { onPlace, place, settle } from "./url_state.js";
 import { number, spaced } from "./words.js";
@@ -30,6 +30,10 @@ export class TracePlot {
     this.chains = chains;
     this.element.hidden = !chains.length;
     if (!chains.length) return;
+    if (place().chain && this.#chosen().id !== place().chain) {
+      senseless("chain", place().chain);
+      return settle({ chain: "" });
+    }
     options(this.chain, chains.map((chain) => [chain.id, `chain ${chain.index + 1}`]), this.#chosen().id);
     if (this.shown !== this.#chosen().id) this.#load();
     else if (this.#chosen().iteration !== this.iteration) this.#later();
@@ -76,6 +80,10 @@ export class TracePlot {
   #redraw() {
     if (!this.trace || this.closed) return;
     const names = Object.keys(this.trace).filter((name) => name !== "iteration" && name !== "satisfied" && isPlotted(this.trace[name]));
+    if (names.length && place().quantity && !names.includes(place().quantity)) {
+      senseless("quantity", place().quantity);
+      return settle({ quantity: "" });
+    }
     const usual = names.includes("log_constraint") ? "log_constraint" : names[0];
     const name = names.includes(place().quantity) ? place().quantity : usual;
     options(this.quantity, names.map((each) => [each, spaced(each)]), name);

@@ -1,9 +1,9 @@
 // The controls of the large view: play, the scrub bar with its contacts, speed, loop.
 import { h, say } from "./dom.js";
 import { icon } from "./icons.js";
+import { SPEEDS } from "./url_state.js";
 import { capital, spaced } from "./words.js";
 
-export const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const MOST_TICKS = 200;
 
 export class Transport {

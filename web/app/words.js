@@ -149,3 +149,25 @@ export function gist(sample, most = 2) {
     })
     .join(" · ");
 }
+
+/** How a number reads that has this unit; any other unit stands behind it as it is. @type {Object<string, (value: number, digits: number) => string>} */
+const TOLD_UNITS = {
+  m: (value, digits) => scaled(value, digits, [[0.01, 1000, "mm"], [1, 100, "cm"]], "m"),
+  s: (value, digits) => scaled(value, digits, [[0.1, 1000, "ms"]], "s"),
+  rad: (value, digits) => `${number((180 * value) / Math.PI, digits)}°`,
+  "rad/s": (value, digits) => `${number((180 * value) / Math.PI, digits)} °/s`,
+};
+
+/** In the first of some smaller units below whose limit the value is, given as [limit, factor, name]. */
+function scaled(value, digits, smaller, usual) {
+  const [, factor, name] = smaller.find(([limit]) => value !== 0 && Math.abs(value) < limit) ?? [0, 1, usual];
+  return `${number(value * factor, digits)} ${name}`;
+}
+
+/** A value or a list of them with its unit, as the server tells it: 0.0216 "s" is "21.6 ms". @param {any} value @param {string} [unit] */
+export function quantity(value, unit = "", digits = 4) {
+  if (Array.isArray(value)) return value.length ? value.map((each) => quantity(each, unit, digits)).join(", ") : "none";
+  if (!unit || typeof value !== "number") return number(value, digits);
+  return TOLD_UNITS[unit]?.(value, digits) ?? `${number(value, digits)} ${unit}`;
+}
+
