@@ -87,7 +87,7 @@ function newRow(id) {
     parts.title,
     h("span.scenario-facts", {}, parts.world, parts.rarity, parts.samples, parts.running),
   );
-  const box = h("input.choice", { type: "checkbox", hidden: true, onchange: () => go({ ...ELSEWHERE, ...toggled(id) }) });
+  const box = h("input.pick", { type: "checkbox", hidden: true, onchange: () => go({ ...ELSEWHERE, ...toggled(id) }) });
   const row = h("li", {}, box, link);
   row.dataset.scenario = id;
   row.parts = { ...parts, link, box };
