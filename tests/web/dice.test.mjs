@@ -228,7 +228,7 @@ test("scenarios are chosen in the list, and one without an animation waits for i
   const asked = [];
   page.on("request", (request) => request.method() === "POST" && asked.push(request.url()));
   await page.goto(`${program.address}?play=off`);
-  assert.equal(await page.locator(".choice:visible").count(), 0);
+  assert.equal(await page.locator(".pick:visible").count(), 0);
   await page.getByRole("button", { name: "Choose scenarios to show together" }).click();
   await page.getByLabel("Show “Figure 9: die 2” together with others").check();
   await drawn(page, 1);

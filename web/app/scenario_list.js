@@ -92,7 +92,7 @@ function rowOf(scenario, isMember = false) {
 
 function newRow(id) {
   const parts = newParts(() => go({ scenario: id, ...ELSEWHERE }));
-  const box = h("input.choice", { type: "checkbox", hidden: true, onchange: () => go({ ...ELSEWHERE, ...toggled(id) }) });
+  const box = h("input.pick", { type: "checkbox", hidden: true, onchange: () => go({ ...ELSEWHERE, ...toggled(id) }) });
   const row = h("li", {}, box, parts.link);
   row.dataset.scenario = id;
   row.parts = { ...parts, box };
