@@ -162,7 +162,8 @@ TEST_F(ThreadsPilot, A_store_that_cannot_write_or_a_world_that_is_gone_costs_one
   EXPECT_FALSE(pilot_of(parts, "foreign"));
 
   // A store that is open for reading refuses what was found.
-  Store reader((folder / "retake.db").string(), {.read_only = true});
+  const auto opened = open_store((folder / "retake.db").string(), {.read_only = true});
+  Store& reader = *opened;
   ScenarioLibrary library(reader);
   const std::string other = add_scenario(parts, wish_document(1, 0.2));
   std::atomic<int> looks = 0;
