@@ -124,7 +124,7 @@ class TermsInWorlds : public ::testing::TestWithParam<const World*> {
 };
 class SlowTermsInWorlds : public TermsInWorlds {};
 INSTANTIATE_TEST_SUITE_P(All, TermsInWorlds, ::testing::ValuesIn(all_worlds()), name_of);
-INSTANTIATE_TEST_SUITE_P(All, SlowTermsInWorlds, ::testing::ValuesIn(all_worlds()), name_of);
+INSTANTIATE_TEST_SUITE_P(Slow, SlowTermsInWorlds, ::testing::ValuesIn(all_worlds()), name_of);
 
 // --- Bounds and scores -------------------------------------------------------------------------------
 
