@@ -84,12 +84,13 @@ const ParameterTable& model_table() {
 
 // --- What can be wished: above all where the ball comes to rest (5.1.1) -------------------------
 
+terms::Roster roster() {
+  return {.movers = {{.name = kBallName, .tells_rest = true}}, .still = {kTableName}};
+}
+
 std::vector<TermKind> make_term_kinds() {
   return terms::general_terms(
-      {.roster =
-           [](const Parameters&) {
-             return terms::Roster{.movers = {{.name = kBallName, .tells_rest = true}}, .still = {kTableName}};
-           },
+      {.roster = [](const Parameters&) { return roster(); },
        .only_body = kBallName,
        .length = 0.1,
        .speed = 0.5,
@@ -229,6 +230,7 @@ class BallWorld final : public World {
     static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
+  terms::Roster roster(const Parameters&) const override { return ball2d::roster(); }
   std::vector<json> examples() const override {
     return {{{"world", "ball2d"},
              {"title", "A ball that comes to rest one diameter to the right"},

@@ -135,11 +135,14 @@ void grow(int& columns, int& rows, const json& constraints) {
   }
 }
 
+terms::Roster roster_of(const Parameters& model) {
+  return roster(static_cast<std::size_t>(model.integer("balls")));
+}
+
 std::vector<TermKind> make_term_kinds() {
   std::vector<TermKind> kinds = wish_terms();
   const std::vector<TermKind> general = terms::general_terms(
-      {.roster =
-           [](const Parameters& model) { return roster(static_cast<std::size_t>(model.integer("balls"))); },
+      {.roster = roster_of,
        .length = kMarbleRadius,
        .speed = 0.1,
        .source = "chosen: a marble's radius, and a tenth of the speed with which it falls into the box",
@@ -162,6 +165,7 @@ class SpellingWorld final : public World {
     static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
+  terms::Roster roster(const Parameters& model) const override { return roster_of(model); }
   std::vector<json> examples() const override {
     return {example("HI", 7, 5), example("ACM", 15, 7), example("HOMEMADE", 40, 7)};
   }
