@@ -86,6 +86,8 @@ class World {
   /// Grows whenever the same scenario and seed no longer give the same samples.
   virtual int version() const = 0;
   virtual std::string_view summary() const = 0;
+  /// A noun for one of its simulations, as people call it: "throw".
+  virtual std::string_view attempt() const { return "try"; }
   virtual Method default_method() const = 0;
   /// What its physics saves when a chain lets it: see SimulationRequest.
   struct Savings {

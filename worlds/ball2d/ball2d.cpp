@@ -204,9 +204,12 @@ class BallScene final : public Scene {
   }
 
   std::vector<Measure> measures() const override {
-    std::vector<Measure> all = {{.name = "x"}};
+    std::vector<Measure> all = {{.name = "x", .unit = "m", .summary = "Where the ball comes to rest"}};
     for (std::size_t i = 1; i <= model_->size(); ++i)
-      all.push_back({.name = "bounce_" + std::to_string(i), .list = "bounces"});
+      all.push_back({.name = "bounce_" + std::to_string(i),
+                     .kind = Measure::Kind::integer,
+                     .list = "bounces",
+                     .summary = "Which way the ball goes from each collision: 1 right, -1 left"});
     return all;
   }
   std::unique_ptr<Physics> make_physics() const override { return std::make_unique<BallPhysics>(bounce_); }
@@ -224,6 +227,7 @@ class BallWorld final : public World {
   std::string_view summary() const override {
     return "A ball bounces on a table whose normal is uncertain at every collision";
   }
+  std::string_view attempt() const override { return "drop"; }
   Method default_method() const override { return Method::rejection; }
   const ParameterTable& model_parameters() const override { return model_table(); }
   const std::vector<TermKind>& term_kinds() const override {

@@ -142,6 +142,7 @@ class BowlingWorld final : public World {
   std::string_view summary() const override {
     return "Ten-pin bowling: say which pins are set and which shall fall";
   }
+  std::string_view attempt() const override { return "throw"; }
   Method default_method() const override { return Method::conditional; }
   Savings savings() const override { return {.stops_early = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }

@@ -297,6 +297,7 @@ class DiceWorld final : public World {
   std::string_view summary() const override {
     return "Dice thrown on a table with random bumps, springy and sticky patches: say what they shall show";
   }
+  std::string_view attempt() const override { return "throw"; }
   Method default_method() const override { return Method::conditional; }
   Savings savings() const override { return {.stops_early = true, .resumes = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }

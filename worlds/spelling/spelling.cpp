@@ -158,6 +158,7 @@ class SpellingWorld final : public World {
   std::string_view summary() const override {
     return "Marbles poured into a box of bins: say which word they shall spell";
   }
+  std::string_view attempt() const override { return "pour"; }
   Method default_method() const override { return Method::conditional; }
   Savings savings() const override { return {.stops_early = true, .resumes = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }
