@@ -372,6 +372,7 @@ void expect_consistent(const Animation& animation) {
     EXPECT_FALSE(body.name.empty());
     EXPECT_EQ(body.colour.size(), 7u) << body.colour;
     EXPECT_EQ(body.colour.find_first_not_of("0123456789abcdef", 1), std::string::npos) << body.colour;
+    EXPECT_NE(body.surface, Surface::plain) << body.name << " does not tell its surface";
     if (body.track) {
       ASSERT_LT(*body.track, animation.tracks.size());
       ++followers[*body.track];

@@ -20,8 +20,9 @@ terms::Roster roster(std::size_t dice);
 /// Of the die with an index from 0 on; names count from 1.
 std::string die_name(std::size_t die);
 
-/// Fills in the bodies: the dice, the table, and the pips of each die. `states` says where the dice went, in
-/// the grid's frame: the table is shown there and 2.5 cm around.
+/// Fills in the bodies: the dice, the table, and the pips of each die; then what only the eye needs, a tray
+/// of felt on a desk. `states` says where the dice went, in the grid's frame: the table's bumps are shown
+/// there and 3.5 cm around, and end in the felt. The tray has one size, unless dice went beyond it.
 void write_scene(const DieShape& shape, const DiceThrow& thrown, const std::vector<DieState>& states,
                  Table& table, Animation& animation);
 
@@ -30,7 +31,7 @@ inline std::size_t table_body(std::size_t dice) {
   return dice;
 }
 
-/// The box in which the dice move from their launches on.
+/// The box in which the dice move from their launches on, and where most throws go.
 Viewpoint throw_viewpoint(const Animation& animation);
 
 }  // namespace retake::dice

@@ -16,8 +16,9 @@
 namespace retake {
 namespace {
 
-constexpr std::uint8_t kVersion = 2;
+constexpr std::uint8_t kVersion = 3;
 constexpr std::uint8_t kPlainMeshes = 1;          // the version whose meshes are floats
+constexpr std::uint8_t kFirstWithSurfaces = 3;    // the version from which on bodies tell their surface
 constexpr int kCompressionLevel = 1;              // measured: higher levels gain under 5 % here
 constexpr double kPositionQuantum = 1.0 / 16384;  // [m]: errors up to 0.031 mm a component
 constexpr double kRotationQuantum = 1.0 / 8192;   // errors up to 0.014 degree
@@ -272,6 +273,12 @@ Shape get_shape(ByteReader& in, std::uint8_t version) {
   }
 }
 
+Surface get_surface(ByteReader& in) {
+  const auto number = in.get<std::uint8_t>();
+  if (number >= kSurfaces) throw std::out_of_range("an unknown surface");
+  return static_cast<Surface>(number);
+}
+
 // --- The whole ----------------------------------------------------------------------------------
 
 std::string pack(const Animation& animation) {
@@ -283,6 +290,7 @@ std::string pack(const Animation& animation) {
     out.put_text(body.name);
     put_shape(out, body.shape);
     out.put_text(body.colour);
+    out.put(static_cast<std::uint8_t>(body.surface));
     out.put(body.track ? static_cast<std::int32_t>(*body.track) : -1);
     if (!body.track) put_pose(out, body.pose);
   }
@@ -317,6 +325,7 @@ Animation unpack(std::string_view bytes, std::uint8_t version) {
     body.name = in.get_text();
     body.shape = get_shape(in, version);
     body.colour = in.get_text();
+    if (version >= kFirstWithSurfaces) body.surface = get_surface(in);
     const auto track = in.get<std::int32_t>();
     if (track >= 0)
       body.track = static_cast<std::size_t>(track);

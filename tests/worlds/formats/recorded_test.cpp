@@ -1,7 +1,9 @@
 // The recorded form of an Animation: what comes back, how closely, and that damage is always noticed.
 #include "worlds/formats/recorded.h"
 
+#include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -77,7 +79,10 @@ Animation draw_animation(std::uint64_t seed, std::size_t frames, bool smooth) {
                                      bumps(random),
                                      HeightField{}};
   for (std::size_t i = 0; i < shapes.size(); ++i) {
-    Body body{.name = "body " + std::to_string(i), .shape = shapes[i], .colour = "#a0b1c2"};
+    Body body{.name = "body " + std::to_string(i),
+              .shape = shapes[i],
+              .colour = "#a0b1c2",
+              .surface = static_cast<Surface>((seed + i) % kSurfaces)};
     if (i % 2 == 0) {
       body.track = animation.tracks.size();
       animation.tracks.push_back(draw_track(random, static_cast<Eigen::Index>(frames), smooth));
@@ -146,6 +151,7 @@ void expect_round_trip(const Animation& original) {
     const Body &left = original.bodies[i], &right = decoded.bodies[i];
     EXPECT_EQ(left.name, right.name);
     EXPECT_EQ(left.colour, right.colour);
+    EXPECT_EQ(left.surface, right.surface);
     EXPECT_EQ(left.track, right.track);
     expect_same_shape(left.shape, right.shape);
     if (!left.track) {
@@ -243,7 +249,7 @@ TEST(AnimationCodec, EveryTruncationAndExtensionIsNoticed) {
 }
 
 /// `packed` compressed behind a checksum that fits, as encode_animation writes it.
-std::string seal(const std::string& packed, char version = '\x02') {
+std::string seal(const std::string& packed, char version = '\x03') {
   std::string compressed(ZSTD_compressBound(packed.size()), '\0');
   compressed.resize(ZSTD_compress(compressed.data(), compressed.size(), packed.data(), packed.size(), 1));
   const std::uint64_t checksum = XXH3_64bits(compressed.data(), compressed.size());
@@ -316,7 +322,47 @@ TEST(AnimationCodec, RecordsOfTheFirstVersionAreRead) {
   ASSERT_EQ(decoded.bodies.size(), 1u);
   expect_same_shape(Mesh{{0, 0, 0, 1.25, 0, 0, 0, 0.5, -0.75}, {0, 2, 1}}, decoded.bodies[0].shape);
   EXPECT_EQ(decoded.bodies[0].pose.position.y(), 0.5);
-  EXPECT_THROW(decode_animation(seal(out.bytes(), '\x03')), DamagedAnimation);
+  EXPECT_EQ(decoded.bodies[0].surface, Surface::plain) << "it did not tell";
+  EXPECT_THROW(decode_animation(seal(out.bytes(), '\x04')), DamagedAnimation);
+}
+
+/// An animation without frames that has one ball, as a version wrote it.
+std::string one_ball(char version, std::optional<std::uint8_t> surface) {
+  ByteWriter out;
+  out.put(60.0);
+  out.put(std::uint32_t{0});
+  out.put(std::uint32_t{1});
+  out.put_text("ball");
+  out.put(std::uint8_t{0});
+  out.put(0.25);
+  out.put_text("#a0b1c2");
+  if (surface) out.put(*surface);
+  out.put(std::int32_t{-1});
+  for (const double value : {0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0})
+    out.put(value);
+  out.put(std::uint32_t{0});
+  out.put(std::uint32_t{0});
+  return seal(out.bytes(), version);
+}
+
+TEST(AnimationCodec, RecordsOfTheSecondVersionAreReadAndTellNoSurface) {
+  const Animation decoded = decode_animation(one_ball('\x02', std::nullopt));
+  ASSERT_EQ(decoded.bodies.size(), 1u);
+  expect_same_shape(Sphere{0.25}, decoded.bodies[0].shape);
+  EXPECT_EQ(decoded.bodies[0].surface, Surface::plain);
+  EXPECT_EQ(decoded.bodies[0].pose.position.y(), 0.5);
+}
+
+TEST(AnimationCodec, ASurfaceKeepsItsNumberForGoodAndOthersAreRefused) {
+  constexpr std::array kNumbers = {Surface::plain,   Surface::wood,    Surface::boards,  Surface::varnished,
+                                   Surface::felt,    Surface::cloth,   Surface::plastic, Surface::polished,
+                                   Surface::glass,   Surface::metal,   Surface::rubber,  Surface::stone,
+                                   Surface::plaster, Surface::marking, Surface::lamp,    Surface::shade};
+  ASSERT_EQ(kNumbers.size(), kSurfaces);
+  for (std::uint8_t number = 0; number < kSurfaces; ++number)
+    EXPECT_EQ(decode_animation(one_ball('\x03', number)).bodies.at(0).surface, kNumbers[number]);
+  EXPECT_THROW(decode_animation(one_ball('\x03', static_cast<std::uint8_t>(kSurfaces))), DamagedAnimation);
+  EXPECT_THROW(decode_animation(one_ball('\x03', std::uint8_t{255})), DamagedAnimation);
 }
 
 TEST(AnimationCodec, FuzzBehindAFittingChecksumIsReadOrRefusedButNeverCrashes) {
