@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "server/http/problem.h"
 #include "worlds/parameters.h"
 
 namespace retake {

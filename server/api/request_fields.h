@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/http/message.h"
+#include "worlds/document.h"
 
 namespace retake {
 

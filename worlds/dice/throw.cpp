@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "worlds/dice/view.h"
+#include "worlds/recorder.h"
+#include "worlds/recorder.h"
 
 namespace retake::dice {
 namespace {
