@@ -3,7 +3,10 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
+
+#include "sampler/check.h"
 
 namespace retake {
 
@@ -20,6 +23,9 @@ json measure_json(Measure::Kind kind, double value) {
       return value != 0;
     case Measure::Kind::integer_set:
       return members_of(value);
+    case Measure::Kind::integer:
+      CHECK(value == std::floor(value), value);
+      return static_cast<std::int64_t>(value);
     case Measure::Kind::number:
       break;
   }

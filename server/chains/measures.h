@@ -14,7 +14,7 @@ namespace retake {
 /// null for NaN and infinity, which JSON has not.
 nlohmann::json finite(double value);
 
-/// A number, true or false, or a list of integers in ascending order; null for NaN.
+/// A number, an integer, true or false, or a list of integers in ascending order; null for NaN.
 nlohmann::json measure_json(Measure::Kind kind, double value);
 
 /// {name: value} of each measure; those of one list are an array under the list's name.

@@ -6,7 +6,7 @@ import { api, json, startProgram } from "./fixture.mjs";
 
 /** Names that are words of the page's own too: an order of samples, an axis, a contact, a side. Quoted, as keys of a
  * table would be, they must not stand there either. */
-const OWN_WORDS = new Map([["order", "url and gallery.js: the order of samples"], ["x", "an axis"], ["contacts", "arrows of the large view"], ["total", "how many there are"], ["inside", "within"], ["face", "a side of a mesh"]]);
+const OWN_WORDS = new Map([["order", "url and gallery.js: the order of samples"], ["x", "an axis"], ["contacts", "arrows of the large view"], ["total", "how many there are"], ["inside", "within"], ["face", "a side of a mesh"], ["miss", "of what an address names and is not there"]]);
 const APP = new URL("../../web/app/", import.meta.url);
 
 let program;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "worlds/terms/terms.h"
+#include "worlds/words.h"
 
 namespace retake::tests {
 namespace {
@@ -116,7 +117,9 @@ class Shuffleboard final : public Scene {
                              {.variables = {1}, .size = 0.01, .probability = 0.7}})},
                         {"redraw", 0.2, std::make_shared<const Redraw>(Redraw::all(*model_, ratios))}});
   }
-  std::vector<Measure> measures() const override { return {{.name = "duration"}}; }
+  std::vector<Measure> measures() const override {
+    return {{.name = "duration", .unit = "s", .summary = "When the puck comes to rest"}};
+  }
   std::unique_ptr<Physics> make_physics() const override { return std::make_unique<Push>(length_); }
 
  private:
@@ -133,7 +136,9 @@ class Shuffleboard final : public Scene {
 class Beyond final : public Term {
  public:
   explicit Beyond(double line) : line_(line) {}
-  std::vector<Measure> measures() const override { return {{.name = "short"}}; }
+  std::vector<Measure> measures() const override {
+    return {{.name = "short", .unit = "m", .summary = "How far before the line the puck comes to rest"}};
+  }
   TermScore score(const Animation& animation, std::span<double> values) const override {
     values[0] = shortfall(animation);
     return {.log_density = log_density(values[0]), .satisfied = values[0] == 0};
@@ -167,9 +172,12 @@ std::vector<TermKind> make_term_kinds() {
                                                   .unit = "m",
                                                   .summary = "Where the line is",
                                                   .source = "chosen: one puck in five gets there"}}),
-                   .make = [](const Parameters& term, const Parameters&, auto&&...) {
-                     return std::make_unique<const Beyond>(term.number("line"));
-                   }});
+                   .make = [](const Parameters& term, const Parameters&,
+                              auto&&...) { return std::make_unique<const Beyond>(term.number("line")); },
+                   .sentence =
+                       [](const Parameters& term, const Parameters&) {
+                         return "the puck comes to rest beyond " + in_words(term.number("line")) + " m";
+                       }});
   return kinds;
 }
 
@@ -180,6 +188,7 @@ class MinimalWorld final : public World {
   std::string_view name() const override { return "shuffleboard"; }
   int version() const override { return 1; }
   std::string_view summary() const override { return "A puck slides over a table: say where it shall rest"; }
+  std::string_view attempt() const override { return "push"; }
   Method default_method() const override { return Method::metropolis; }
   Savings savings() const override { return {.stops_early = true}; }
   const ParameterTable& model_parameters() const override { return model_; }

@@ -14,6 +14,7 @@ namespace {
 bool is_value_of_kind(const Measure& measure, double value) {
   if (std::isnan(value) || measure.kind == Measure::Kind::number) return true;
   if (measure.kind == Measure::Kind::flag) return value == 0 || value == 1;
+  if (measure.kind == Measure::Kind::integer) return value == std::floor(value);
   return set_of(members_of(value)) == value;
 }
 
