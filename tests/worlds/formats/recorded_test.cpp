@@ -371,7 +371,7 @@ TEST(AnimationCodec, BodiesOfTheSecondVersionAreThereFromTheStart) {
 
 TEST(AnimationCodec, ABodyThatAppearsAtNoTimeIsDamage) {
   EXPECT_EQ(decode_animation(seal(packed_ball(0, true, 1.25))).tracks.at(0).from, 1.25);
-  for (const double from : {-0.5, INFINITY, std::nan("")})
+  for (const double from : {-0.5, HUGE_VAL, std::nan("")})
     EXPECT_THROW(decode_animation(seal(packed_ball(0, true, from))), DamagedAnimation) << from;
 }
 
