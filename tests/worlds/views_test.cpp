@@ -125,10 +125,11 @@ TEST(SpellingView, EveryLetterHasItsOwnColourAndItsNeighboursOthers) {
   for (auto column = colours.begin(); column != colours.end(); ++column) {
     EXPECT_EQ(column->second.size(), 1u) << "column " << column->first;
     const bool goes_on = column != colours.begin() && std::prev(column)->first == column->first - 1;
-    if (goes_on)
+    if (goes_on) {
       EXPECT_EQ(column->second, std::prev(column)->second) << "column " << column->first;
-    else if (++letters > 1)
+    } else if (++letters > 1) {
       EXPECT_NE(column->second, std::prev(column)->second) << "column " << column->first;
+    }
   }
   EXPECT_EQ(letters, 8);
 }

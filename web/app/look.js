@@ -3,6 +3,7 @@ import * as THREE from "../vendor/three.module.js";
 import { color } from "./theme.js";
 
 const SHADOW_REACH = 1.35; // radii of what is looked at
+const LOW_SHADOW_REACH = 2.1; // and where low light throws long shadows
 const LIGHT_FROM = new THREE.Vector3(-0.32, 1, 0.34).normalize();
 const LOW_LIGHT_FROM = new THREE.Vector3(-0.86, 0.62, 0.18).normalize(); // brings out bumps
 const SHADOW_TEXELS = 1.5; // by which shadows begin off a surface
@@ -63,7 +64,7 @@ export class Surroundings {
    * @param {THREE.Sphere} seen @param {THREE.Camera} camera @param {boolean} low whether the light comes from the side
    */
   aim({ center, radius }, camera, low) {
-    const reach = SHADOW_REACH * radius;
+    const reach = (low ? LOW_SHADOW_REACH : SHADOW_REACH) * radius;
     this.sun.target.position.copy(center);
     this.sun.position.copy(center).addScaledVector(low ? LOW_LIGHT_FROM : LIGHT_FROM, 2.5 * reach);
     this.sun.shadow.normalBias = (SHADOW_TEXELS * 2 * reach) / this.sun.shadow.mapSize.x;
