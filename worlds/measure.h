@@ -12,14 +12,17 @@ namespace retake {
 struct Measure {
   enum class Kind {
     number,
+    integer,      ///< a count, or a number that is always whole
     flag,         ///< 0 or 1
     integer_set,  ///< see set_of
   };
   std::string name{};
   Kind kind = Kind::number;
   /// The list of which it is a member, with the measures before and after it that name the same list; none if
-  /// empty. Clients see the list in place of its members.
+  /// empty. Clients see the list in place of its members, which agree in kind, unit and summary.
   std::string list{};
+  std::string unit{};     ///< SI, as in "m/s"; "" for a pure number
+  std::string summary{};  ///< what it is, for people; of a list's member: what the list holds
 
   friend bool operator==(const Measure&, const Measure&) = default;
 };

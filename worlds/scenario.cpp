@@ -2,7 +2,12 @@
 #include "worlds/scenario.h"
 
 #include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
 #include <utility>
+
+#include "worlds/words.h"
 
 namespace retake {
 namespace {
@@ -29,18 +34,57 @@ std::string read_title(const json& document, std::string_view fallback, std::vec
   return title;
 }
 
-/// Makes names unique: a second "miss" becomes "miss_2".
+/// Makes names unique, those of lists too: a second "miss" becomes "miss_2".
 void add_measures(std::vector<Measure>& measures, const std::vector<Measure>& more) {
-  for (const Measure& measure : more) {
-    std::string unique = measure.name;
-    const auto is_taken = [&](const Measure& other) { return other.name == unique; };
-    for (int number = 2; std::any_of(measures.begin(), measures.end(), is_taken); ++number)
-      unique = measure.name + "_" + std::to_string(number);
-    measures.push_back({.name = unique, .kind = measure.kind, .list = measure.list});
+  std::set<std::string> names, shown;  // a list is shown by its own name
+  for (const Measure& measure : measures) {
+    names.insert(measure.name);
+    shown.insert(measure.list.empty() ? measure.name : measure.list);
+  }
+  const auto unique = [](const std::string& name, const std::set<std::string>& taken) {
+    std::string free = name;
+    for (int number = 2; taken.contains(free); ++number)
+      free = name + "_" + std::to_string(number);
+    return free;
+  };
+  std::map<std::string, std::string> lists;
+  for (Measure measure : more) {
+    measure.name = unique(measure.name, names);
+    names.insert(measure.name);
+    if (!measure.list.empty())
+      measure.list = lists.try_emplace(measure.list, unique(measure.list, shown)).first->second;
+    measures.push_back(std::move(measure));
   }
 }
 
 }  // namespace
+
+std::vector<std::string> wishes_of(const json& document, const std::vector<const World*>& offered) {
+  const auto world = std::find_if(offered.begin(), offered.end(), [&](const World* each) {
+    return document.at("world").get<std::string>() == each->name();
+  });
+  const auto clause = [&](const json& constraint) {
+    const std::string name = constraint.at("kind");
+    if (world == offered.end()) return spaced(name);
+    const auto& kinds = (*world)->term_kinds();
+    const auto kind =
+        std::find_if(kinds.begin(), kinds.end(), [&](const TermKind& each) { return each.kind == name; });
+    if (kind == kinds.end()) return spaced(name);
+    if (!kind->sentence) {
+      std::string clause_of_all = kind->summary;
+      clause_of_all.front() = static_cast<char>(std::tolower(clause_of_all.front()));
+      return clause_of_all;
+    }
+    std::vector<Fault> faults;
+    const Parameters model = (*world)->model_parameters().read(document.at("model"), "", faults);
+    const Parameters term = kind->parameters.read(constraint, "", faults, {"kind"});
+    return faults.empty() ? kind->sentence(term, model) : spaced(name);
+  };
+  std::vector<std::string> wishes;
+  for (const json& constraint : document.at("constraints"))
+    wishes.push_back(clause(constraint));
+  return wishes;
+}
 
 std::shared_ptr<const Scenario> Scenario::read(const json& document,
                                                const std::vector<const World*>& offered) {
@@ -100,7 +144,8 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
                 .least_satisfied = scenario->judge_.least_when_satisfied(),
                 .learned = scenario->scene_->learned()};
   add_measures(scenario->measures_, scenario->scene_->measures());
-  add_measures(scenario->measures_, scenario->judge_.measures());
+  for (const auto& term : scenario->judge_.terms())
+    add_measures(scenario->measures_, term->measures());
   target.guide = scenario->scene_->guide(scenario->judge_.terms());
   target.placed = scenario->scene_->placed(scenario->judge_.terms());
   for (const Measure& measure : scenario->measures_)

@@ -14,6 +14,11 @@
 
 namespace retake {
 
+/// What a scenario's document wishes: a clause for people for each of its constraints, in their order. Of one
+/// that this build cannot read, the name of its kind.
+std::vector<std::string> wishes_of(const nlohmann::json& document,
+                                   const std::vector<const World*>& offered = worlds());
+
 /// Immutable. Thread safety: shared by all threads.
 class Scenario {
  public:

@@ -67,6 +67,9 @@ struct TermKind {
   std::function<void(nlohmann::json& term, const Parameters& model, std::string_view pointer,
                      std::vector<Fault>& faults)>
       fit{};
+  /// What a term without faults wishes, as a clause for people: "pins 6 and 7 stay up, and every other goes
+  /// down". Empty: `summary` says it all.
+  std::function<std::string(const Parameters& term, const Parameters& model)> sentence{};
 };
 
 using Terms = std::vector<std::unique_ptr<const Term>>;

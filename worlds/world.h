@@ -18,6 +18,7 @@
 #include "worlds/measure.h"
 #include "worlds/parameters.h"
 #include "worlds/term.h"
+#include "worlds/terms/roster.h"
 
 namespace retake {
 
@@ -85,6 +86,8 @@ class World {
   /// Grows whenever the same scenario and seed no longer give the same samples.
   virtual int version() const = 0;
   virtual std::string_view summary() const = 0;
+  /// A noun for one of its simulations, as people call it: "throw".
+  virtual std::string_view attempt() const { return "try"; }
   virtual Method default_method() const = 0;
   /// What its physics saves when a chain lets it: see SimulationRequest.
   struct Savings {
@@ -94,6 +97,8 @@ class World {
   virtual Savings savings() const { return {}; }
   virtual const ParameterTable& model_parameters() const = 0;
   virtual const std::vector<TermKind>& term_kinds() const = 0;
+  /// The bodies of a scene by the names that its terms take.
+  virtual terms::Roster roster(const Parameters& model) const = 0;
   /// Scenario documents that show the world; an empty store starts with them.
   virtual std::vector<nlohmann::json> examples() const = 0;
   /// For one of its animations, which has frames. None: the viewer chooses by what moves.

@@ -2,6 +2,8 @@
 // Data flows one way: request -> scenario -> chain -> sample -> store; the routes only read and ask.
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include "db/store.h"
 #include "server/chains/event_hub.h"
 #include "server/chains/pilot.h"
@@ -46,6 +48,9 @@ void add_service_routes(HttpServer& server, Api& api);
 void add_event_routes(HttpServer& server, Api& api);
 void add_page_routes(HttpServer& server);
 void add_all_routes(HttpServer& server, Api& api);
+
+/// A chain as clients see it.
+nlohmann::json chain_view(const Api& api, const ChainRecord& record);
 
 /// A 404 that names what is missing.
 HttpProblem not_found(std::string_view kind, std::string_view id);

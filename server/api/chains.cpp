@@ -55,10 +55,10 @@ std::vector<ChainRecord> read_chains(const Api& api, const Scenario& scenario, s
   return records;
 }
 
-json chains_json(const std::vector<ChainRecord>& records) {
+json chains_json(const Api& api, const std::vector<ChainRecord>& records) {
   json views = json::array();
   for (const ChainRecord& record : records)
-    views.push_back(chain_json(record));
+    views.push_back(chain_view(api, record));
   return {{"chains", std::move(views)}};
 }
 
@@ -71,7 +71,7 @@ void add_control(HttpServer& server, Api& api, const std::string& verb,
     try {
       const auto record = (api.runner.*ask)(id);
       if (!record) throw not_found("chain", id);
-      return json_response(chain_json(*record));
+      return json_response(chain_view(api, *record));
     } catch (const Runner::WrongState& refusal) {
       throw HttpProblem(409, "chain-ended", "The chain has ended", refusal.what());
     } catch (const OtherVersion& reason) {
@@ -82,6 +82,10 @@ void add_control(HttpServer& server, Api& api, const std::string& verb,
 }
 
 }  // namespace
+
+json chain_view(const Api& api, const ChainRecord& record) {
+  return chain_json(record, api.scenarios.find_runnable(record.scenario).get());
+}
 
 std::vector<ChainRecord> start_default_chains(Runner& runner, const Scenario& scenario,
                                               std::string_view scenario_id, std::size_t count,
@@ -111,7 +115,7 @@ void add_chain_routes(HttpServer& server, Api& api) {
     std::vector<ChainRecord> started;
     for (const ChainRecord& record : records)
       started.push_back(api.runner.chain(record.id).value_or(record));
-    HttpResponse response = json_response(chains_json(started), 201);
+    HttpResponse response = json_response(chains_json(api, started), 201);
     response.headers.emplace_back("Location", "/v1/scenarios/" + id + "/chains");
     return response;
   });
@@ -120,7 +124,7 @@ void add_chain_routes(HttpServer& server, Api& api) {
     QueryFields(request).finish();
     const std::string& id = request.path_values.at("id");
     if (!api.store.scenario(id)) throw not_found("scenario", id);
-    return json_response(chains_json(api.runner.chains(id)));
+    return json_response(chains_json(api, api.runner.chains(id)));
   });
 
   server.route("GET", "/v1/chains/{id}", [&api](const HttpRequest& request) {
@@ -128,7 +132,7 @@ void add_chain_routes(HttpServer& server, Api& api) {
     const std::string& id = request.path_values.at("id");
     const auto record = api.runner.chain(id);
     if (!record) throw not_found("chain", id);
-    return json_response(chain_json(*record));
+    return json_response(chain_view(api, *record));
   });
 
   server.route("GET", "/v1/chains/{id}/trace", [&api](const HttpRequest& request) {

@@ -36,7 +36,7 @@ std::string tell(const Api& api, const EventHub::Changes& changes) {
     text += event("samples", {{"scenario", id}, {"count", record->samples}, {"latest", std::move(latest)}});
   }
   for (const std::string& id : changes.chains)
-    if (const auto record = api.runner.chain(id)) text += event("chain", chain_json(*record));
+    if (const auto record = api.runner.chain(id)) text += event("chain", chain_view(api, *record));
   return text;
 }
 

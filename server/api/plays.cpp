@@ -26,7 +26,7 @@ void refill(Api& api, std::mutex& one_at_a_time, const std::string& scenario_id,
   const std::lock_guard lock(one_at_a_time);
   const auto record = api.store.scenario(scenario_id);
   if (!record || record->running > 0 || record->samples >= api.limits.most_samples_per_scenario) return;
-  if (!api.scenarios.runs(scenario_id)) return;
+  if (!api.scenarios.find_runnable(scenario_id)) return;
   const auto scenario = api.scenarios.find(scenario_id);
   if (!scenario) return;
   StopRule stop;

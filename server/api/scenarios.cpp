@@ -25,8 +25,21 @@ std::shared_ptr<const Scenario> find_scenario(Api& api, std::string_view id, std
   throw not_found(kind, name);
 }
 
+namespace {
+
+/// A scenario with what its measures and variables mean, as far as this build can run it.
+json whole_scenario_json(const Api& api, const ScenarioRecord& record) {
+  json view = scenario_json(record);
+  if (const auto scenario = api.scenarios.find_runnable(record.id)) {
+    view["measures"] = measures_json(scenario->measures());
+    view["variable_units"] = variable_units_json(scenario->model());
+  }
+  return view;
+}
+
+}  // namespace
+
 void add_world_routes(HttpServer& server, Api&) {
-  // The worlds of a build do not change: the documents are made once.
   server.route("GET", "/v1/worlds", [](const HttpRequest& request) {
     QueryFields(request).finish();
     json views = json::array();
@@ -56,7 +69,8 @@ void add_scenario_routes(HttpServer& server, Api& api) {
       api.events.scenario_changed(added.scenario.id);
       api.pilot.add(added.scenario.id);
     }
-    HttpResponse response = json_response(scenario_json(added.scenario), added.created ? 201 : 200);
+    HttpResponse response =
+        json_response(whole_scenario_json(api, added.scenario), added.created ? 201 : 200);
     response.headers.emplace_back("Location", "/v1/scenarios/" + added.scenario.id);
     return response;
   });
@@ -81,7 +95,7 @@ void add_scenario_routes(HttpServer& server, Api& api) {
     const std::string& id = request.path_values.at("id");
     const auto record = api.store.scenario(id);
     if (!record) throw not_found("scenario", id);
-    return json_response(scenario_json(*record));
+    return json_response(whole_scenario_json(api, *record));
   });
 
   server.route("DELETE", "/v1/scenarios/{id}", [&api](const HttpRequest& request) {

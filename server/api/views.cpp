@@ -6,14 +6,53 @@
 #include <cstdio>
 #include <ctime>
 #include <iterator>
+#include <map>
+#include <set>
 #include <utility>
 
+#include "sampler/check.h"
 #include "server/chains/measures.h"
 
 namespace retake {
 namespace {
 
 using nlohmann::json;
+
+const char* kind_name(Measure::Kind kind) {
+  switch (kind) {
+    case Measure::Kind::flag:
+      return "flag";
+    case Measure::Kind::integer_set:
+      return "set";
+    case Measure::Kind::integer:
+      return "integer";
+    case Measure::Kind::number:
+      break;
+  }
+  return "number";
+}
+
+json meaning_json(const Measure& measure) {
+  json view = {{"name", measure.name},
+               {"kind", kind_name(measure.kind)},
+               {"unit", measure.unit},
+               {"summary", measure.summary}};
+  if (!measure.list.empty()) view.update({{"name", measure.list}, {"kind", "list"}, {"of", view["kind"]}});
+  return view;
+}
+
+/// "height_3_12" is one of "height_#_#".
+std::string family_of(const std::string& name) {
+  std::string family;
+  for (const char character : name) {
+    const bool is_digit = character >= '0' && character <= '9';
+    if (!is_digit)
+      family += character;
+    else if (family.empty() || family.back() != '#')
+      family += '#';
+  }
+  return family;
+}
 
 void put(json& object, const char* key, const std::optional<std::uint64_t>& value) {
   if (value) object[key] = *value;
@@ -37,6 +76,15 @@ json parsed(const std::string& text) {
 }
 
 }  // namespace
+
+json measures_json(const std::vector<Measure>& measures) {
+  json all = json::array();
+  for (std::size_t i = 0; i < measures.size(); ++i) {
+    const bool is_told = i > 0 && !measures[i].list.empty() && measures[i - 1].list == measures[i].list;
+    if (!is_told) all.push_back(meaning_json(measures[i]));
+  }
+  return all;
+}
 
 std::vector<std::string> method_names() {
   std::vector<std::string> names;
@@ -64,13 +112,16 @@ json world_json(const World& world) {
     schema["required"] = std::move(required);
     constraints.push_back({{"kind", kind.kind}, {"summary", kind.summary}, {"schema", std::move(schema)}});
   }
+  const auto plain = Scenario::read({{"world", world.name()}, {"constraints", json::array()}}, {&world});
   return {{"name", world.name()},
           {"version", world.version()},
           {"summary", world.summary()},
+          {"try", world.attempt()},
           {"default_method", to_string(world.default_method())},
           {"saves", {{"stops_early", world.savings().stops_early}, {"resumes", world.savings().resumes}}},
           {"methods", method_names()},
           {"model", world.model_parameters().schema()},
+          {"measures", measures_json(plain->measures())},
           {"constraints", std::move(constraints)},
           {"examples", world.examples()}};
 }
@@ -78,6 +129,7 @@ json world_json(const World& world) {
 json scenario_json(const ScenarioRecord& record) {
   json view = parsed(record.document);
   view["id"] = record.id;
+  view["wishes"] = wishes_of(view);
   view["created_at"] = timestamp(record.created_at);
   view["samples"] = record.samples;
   view["chains"] = {{"running", record.running},
@@ -120,6 +172,7 @@ json diagnostics_json(const Health& health) {
   json quantities = json::array();
   for (const QuantityHealth& quantity : health.quantities)
     quantities.push_back({{"name", quantity.name},
+                          {"unit", quantity.unit},
                           {"rhat", finite(quantity.together.rhat)},
                           {"ess_bulk", finite(quantity.together.ess_bulk)},
                           {"ess_tail", finite(quantity.together.ess_tail)},
@@ -160,7 +213,7 @@ json diagnostics_json(const Health& health) {
           {"swaps", std::move(swaps)}};
 }
 
-json chain_json(const ChainRecord& record) {
+json chain_json(const ChainRecord& record, const Scenario* scenario) {
   const ChainCounters& counters = record.counters;
   json kernels = json::array();
   for (const KernelCounter& kernel : counters.kernels)
@@ -186,6 +239,9 @@ json chain_json(const ChainRecord& record) {
   if (counters.first_sample_iteration)
     view["first_sample"] = {{"iteration", *counters.first_sample_iteration},
                             {"seconds", counters.first_sample_seconds.value_or(0)}};
+  if (scenario)
+    view["guided"] = method_from(record.method) == Method::conditional &&
+                     scenario->target(Ratios::exact)->guide != nullptr;
   return view;
 }
 
@@ -211,6 +267,19 @@ json variables_json(const Model& model, const State& state) {
   for (std::size_t i = 0; i < model.size(); ++i)
     variables[model.variables()[i].name] = finite(state[static_cast<Eigen::Index>(i)]);
   return variables;
+}
+
+json variable_units_json(const Model& model) {
+  std::map<std::string, std::set<std::string>> families;
+  for (const Variable& variable : model.variables())
+    families[family_of(variable.name)].insert(variable.unit);
+  json units = json::object();
+  for (const Variable& variable : model.variables()) {
+    const std::string family = family_of(variable.name);
+    CHECK(families[family].size() == 1, family);
+    if (!variable.unit.empty()) units[family] = variable.unit;
+  }
+  return units;
 }
 
 json trace_json(const Trace& trace, const std::vector<Measure>& all, std::size_t points) {

@@ -154,6 +154,7 @@ Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chain
     for (const Quantity& quantity : slowest(std::move(all))) {
       health.draws_per_chain = static_cast<std::size_t>(quantity.draws.rows());
       health.quantities.push_back({.name = quantity.name,
+                                   .unit = quantity.unit,
                                    .together = diagnose(quantity.draws),
                                    .ess_within = ess_within(quantity.draws),
                                    .ess_across = ess_across(quantity.draws)});

@@ -32,6 +32,7 @@ std::optional<double> effective_samples(const Scenario& scenario, const ChainRec
 /// One variable or measure. NaN where there is no figure.
 struct QuantityHealth {
   std::string name;
+  std::string unit{};
   QuantityDiagnostics together;  ///< over the draws of all chains counted
   double ess_within;             ///< sum of each chain's own bulk effective sample size
   /// From the spread of the chain means: chains * variance of all draws / variance of the means; NaN below 4

@@ -44,12 +44,13 @@ std::vector<Quantity> quantities(const Scenario& scenario,
   const std::size_t variables = scenario.model().size();
   std::vector<Quantity> all;
   for (const Variable& variable : scenario.model().variables())
-    all.push_back({.name = variable.name, .is_one_of_many = true, .draws = {}});
+    all.push_back({.name = variable.name, .unit = variable.unit, .is_one_of_many = true, .draws = {}});
   std::vector<Place> places;  // of the measures among them
   std::map<std::string, std::size_t> members;
   for (const Measure& measure : scenario.measures()) {
     if (measure.kind == Measure::Kind::integer_set) continue;
-    all.push_back({.name = measure.name, .is_one_of_many = !measure.list.empty(), .draws = {}});
+    all.push_back(
+        {.name = measure.name, .unit = measure.unit, .is_one_of_many = !measure.list.empty(), .draws = {}});
     places.push_back(measure.list.empty() ? Place{.key = measure.name}
                                           : Place{.key = measure.list, .member = members[measure.list]++});
   }

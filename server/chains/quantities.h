@@ -14,6 +14,7 @@ namespace retake {
 
 struct Quantity {
   std::string name;
+  std::string unit{};
   bool is_one_of_many = false;  ///< a variable, or a member of a list of measures
   Eigen::MatrixXd draws;        ///< a column a chain, a row a draw; NaN where there is no value
 };

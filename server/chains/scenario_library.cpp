@@ -38,7 +38,7 @@ std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record) {
   try {
     return Scenario::read(document);
   } catch (const InvalidRequest& fault) {
-    throw std::runtime_error("scenario " + record.id + " cannot be read: " + fault.what());
+    throw RefusedDocument("scenario " + record.id + " cannot be read: " + fault.what());
   }
 }
 
@@ -54,11 +54,13 @@ std::shared_ptr<const Scenario> ScenarioLibrary::find(std::string_view id) {
   return compiled_.try_emplace(std::string(id), std::move(scenario)).first->second;
 }
 
-bool ScenarioLibrary::runs(std::string_view id) {
+std::shared_ptr<const Scenario> ScenarioLibrary::find_runnable(std::string_view id) {
   try {
-    return find(id) != nullptr;
+    return find(id);
   } catch (const OtherVersion&) {
-    return false;
+    return nullptr;
+  } catch (const RefusedDocument&) {
+    return nullptr;
   }
 }
 

@@ -28,11 +28,16 @@ class OtherVersion : public std::runtime_error {
   explicit OtherVersion(const ScenarioRecord& record);
 };
 
+/// A stored scenario whose document its world refuses now.
+class RefusedDocument : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// Whether this build has the world of a stored scenario in the version for which it was made.
 bool has_world_of(const ScenarioRecord& record);
 
-/// Compiles a stored document. Throws: OtherVersion unless has_world_of(record); std::runtime_error if the
-/// world refuses the document.
+/// Compiles a stored document. Throws: OtherVersion unless has_world_of(record); RefusedDocument.
 std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record);
 
 /// Thread safety: every method may be called from any thread.
@@ -41,8 +46,8 @@ class ScenarioLibrary {
   explicit ScenarioLibrary(const Store& store) : store_(store) {}
   /// Null if there is no such scenario. Throws: as compile_stored.
   std::shared_ptr<const Scenario> find(std::string_view id);
-  /// False: there is no such scenario, or its world has another version here.
-  bool runs(std::string_view id);
+  /// Null also for one that this build cannot run: its world has another version here or refuses it.
+  std::shared_ptr<const Scenario> find_runnable(std::string_view id);
   void forget(std::string_view id);
 
  private:

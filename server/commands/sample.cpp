@@ -2,8 +2,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <iterator>
+#include <map>
 #include <unistd.h>
 
 #include "server/api/views.h"
@@ -66,6 +68,36 @@ void write_file(const std::filesystem::path& path, const std::string& text) {
   if (!file) throw std::runtime_error("cannot write " + path.string());
 }
 
+/// The samples of a chain in order, each once its weight is known: the one on which a walker still stands may
+/// come to count more.
+class WeighedSamples {
+ public:
+  using Write = std::function<void(const SampleRecord& record)>;
+  explicit WeighedSamples(Write write) : write_(std::move(write)) {}
+
+  void add(const ChainProgress& progress) {
+    for (const WeightUpdate& update : progress.weights)
+      if (const auto found = open_.find(update.replica);
+          found != open_.end() && found->second.iteration == update.iteration)
+        found->second.weight = update.weight;
+    for (const NewSample& sample : progress.samples) {
+      const auto [place, is_first] = open_.try_emplace(sample.record.replica, sample.record);
+      if (is_first) continue;
+      write_(place->second);
+      place->second = sample.record;
+    }
+  }
+  void finish() {
+    for (const auto& [replica, record] : open_)
+      write_(record);
+    open_.clear();
+  }
+
+ private:
+  Write write_;
+  std::map<std::uint32_t, SampleRecord> open_;  ///< of each walker the last one
+};
+
 }  // namespace
 
 Exit sample(const SampleOptions& options) {
@@ -79,6 +111,14 @@ Exit sample(const SampleOptions& options) {
   const std::string wanted = wanted_text(run.record().stop);
   GatheredDraws gathered;  // only if the chain is judged by them
   std::uint64_t found = 0;
+  std::map<std::string, std::string> files;  // by sample, until its line is written
+  WeighedSamples lines([&](const SampleRecord& record) {
+    json view = sample_json(record);
+    for (const char* stored_only : {"created_at", "plays"})
+      view.erase(stored_only);
+    if (const auto file = files.extract(record.id)) view["file"] = file.mapped();
+    std::cout << view.dump() << '\n';
+  });
   while (run.ended_by().empty()) {
     run.step_for(*performer, kBetweenReports, 256);
     const ChainProgress progress = run.take_progress();
@@ -90,9 +130,7 @@ Exit sample(const SampleOptions& options) {
           }));
     for (const NewSample& each : progress.samples) {
       ++found;
-      json view = sample_json(each.record);
-      for (const char* stored_only : {"created_at", "plays", "weight"})
-        view.erase(stored_only);
+      std::string file;
       if (!options.out.empty()) {
         const std::filesystem::path path =
             std::filesystem::path(options.out) / (each.record.id + std::string(format.extension));
@@ -100,14 +138,14 @@ Exit sample(const SampleOptions& options) {
         const KeyframeHead head = keyframe_head(
             animation, each.record.id, std::string(scenario->world().name()), scenario->world().version());
         write_file(path, format.write(animation, head, options.rate));
-        view["file"] = path.string();
+        file = path.string();
+        if (options.json) files[each.record.id] = file;
       }
-      if (options.json)
-        std::cout << view.dump() << '\n';
-      else if (!terminal || !options.out.empty())
-        std::cout << each.record.id << "  " << each.record.digest
-                  << (options.out.empty() ? "" : "  " + view.value("file", "")) << '\n';
+      if (!options.json && (!terminal || !options.out.empty()))
+        std::cout << each.record.id << "  " << each.record.digest << (file.empty() ? "" : "  " + file)
+                  << '\n';
     }
+    if (options.json) lines.add(progress);
     const ChainCounters& counters = run.record().counters;
     if (terminal)
       std::fprintf(stderr, "\r%llu of %s, %llu iterations, %.0f a second ",
@@ -115,8 +153,15 @@ Exit sample(const SampleOptions& options) {
                    static_cast<unsigned long long>(counters.iteration), counters.iterations_per_second);
   }
   if (terminal) std::fputc('\n', stderr);
-  if (options.json)
-    std::cout << json({{"chain", chain_json(run.record())}, {"ended_by", run.ended_by()}}).dump() << '\n';
+  if (options.json) {
+    lines.finish();
+    ChainRecord record = run.record();
+    record.state = ChainState::finished;
+    record.ended_by = run.ended_by();
+    json chain = chain_json(record, scenario.get());
+    chain.erase("created_at");
+    std::cout << json({{"chain", std::move(chain)}, {"ended_by", run.ended_by()}}).dump() << '\n';
+  }
   std::cout.flush();
   if (run.ended_by() == "samples" || run.ended_by() == "ess") return Exit::done;
   std::fprintf(stderr, "retake: gave up with %llu of %s\n", static_cast<unsigned long long>(found),

@@ -47,6 +47,6 @@ class StoreTest : public EveryStore {
 /// Without a prefix, so that suites keep the names by which they are chosen.
 #define RETAKE_FOR_EVERY_STORE(suite)                                 \
   INSTANTIATE_TEST_SUITE_P(, suite, testing::ValuesIn(kKindsOfStore), \
-                           [](const auto& info) { return std::string(info.param.name); })
+                           [](const auto& of) { return std::string(of.param.name); })
 
 }  // namespace retake::test

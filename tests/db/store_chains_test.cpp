@@ -7,7 +7,8 @@
 #include "tests/db/fixture.h"
 
 namespace retake::test {
-namespace {};
+namespace {
+
 using StoreScenarios = StoreTest;
 using StoreChains = StoreTest;
 using StoreProgress = StoreTest;
@@ -167,22 +168,23 @@ TEST_P(StoreChains, a_chain_comes_back_field_by_field) {
   chain.created_at = 99;
   store.add_chains({chain});
   auto progress = make_progress("c", "s", 1, 1);
-  progress.counters = {11,
-                       12,
-                       13,
-                       14,
-                       15,
-                       1.25,
-                       2.5,
-                       3.75,
-                       {{"redraw", 21, 22}, {"toggle", 23, 24}},
-                       31,
-                       0.5,
-                       true,
-                       4.5,
-                       {OddsBasis::learned, 41, 42, 0.25, 0.125, 0.0625},
-                       {{0, 51, 52}, {0.5, 53, 54}, {1, 0, 0}},
-                       61.5};
+  ChainCounters& counters = progress.counters;
+  counters.iteration = 11;
+  counters.accepted = 12;
+  counters.samples = 13;
+  counters.simulations = 14;
+  counters.failed_simulations = 15;
+  counters.simulated_seconds = 1.25;
+  counters.skipped_seconds = 4.5;
+  counters.run_seconds = 2.5;
+  counters.iterations_per_second = 3.75;
+  counters.kernels = {{"redraw", 21, 22}, {"toggle", 23, 24}};
+  counters.first_sample_iteration = 31;
+  counters.first_sample_seconds = 0.5;
+  counters.is_learning = true;
+  counters.odds = {OddsBasis::learned, 41, 42, 0.25, 0.125, 0.0625};
+  counters.rungs = {{0, 51, 52}, {0.5, 53, 54}, {1, 0, 0}};
+  counters.effective_samples = 61.5;
   store.commit(progress).get();
 
   const auto found = store.chain("c").value();

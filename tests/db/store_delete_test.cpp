@@ -5,7 +5,8 @@
 #include "tests/db/fixture.h"
 
 namespace retake::test {
-namespace {};
+namespace {
+
 using StoreDelete = StoreTest;
 
 TEST_P(StoreDelete, a_deleted_scenario_is_gone_at_once_with_all_that_hung_on_it) {

@@ -9,7 +9,8 @@
 #include "tests/db/fixture.h"
 
 namespace retake::test {
-namespace {};
+namespace {
+
 using StoreSamples = StoreTest;
 using StoreDraws = StoreTest;
 

@@ -45,9 +45,10 @@ test("it is drawn without a fault, from where the world says, and its measures h
   assert.ok(Math.abs(azimuth - keyframes.view.azimuth) < 0.02 && Math.abs(elevation - keyframes.view.elevation) < 0.02, `${azimuth}, ${elevation}`);
 
   const said = (name) => page.locator(".facts").first().locator("> div", { has: page.getByText(name, { exact: true }) }).locator("dd").textContent();
-  assert.match(await said("entry angle"), /^-?\d+\.\d°$/);
+  assert.match(await said("entry angle"), /^-?\d+(\.\d+)?°$/);
   assert.match(await said("entry speed"), / m\/s$/);
-  assert.match(await said("entry offset"), / cm$/);
+  assert.match(await said("entry offset"), /^-?\d+(\.\d+)? [mc]m$/);
+  assert.match(await said("first contact"), /^\d\.\d+ s$/);
   assert.equal(await said("pins down"), "1, 2, 3, 4, 5, 6, 7, 8, 9, 10");
   assert.equal(await page.locator("#scenario .sentence").textContent(), "All 10 pins go down.");
   assert.deepEqual(faults, []);

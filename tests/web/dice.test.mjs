@@ -70,7 +70,7 @@ test("a tile says how far the die is off, and nothing that the wish says", async
   const { page, faults, close } = await newPage(browser);
   await page.goto(`${program.address}?scenario=${scenario}&play=off`);
   await drawnTiles(page, 1);
-  assert.match(await page.locator(".tile-gist").first().textContent(), /^miss 0\.\d+ mm · rest x 0\.1\d+$/);
+  assert.match(await page.locator(".tile-gist").first().textContent(), /^miss 0\.\d+ mm · rest x 1\d(\.\d+)? cm$/);
   assert.ok(sample.measures.miss < 0.001);
   assert.deepEqual(faults, []);
   await close();

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as words from "../../web/app/health_words.js";
-import { wish } from "../../web/app/words.js";
+import { quantity, variableUnit, wish } from "../../web/app/words.js";
 
 const odds = (probability, low, high, more = {}) => ({ probability, low, high, basis: "learned", draws: 12000, hits: 900, ...more });
 
@@ -40,7 +40,7 @@ test("each basis of the odds has its sentence", () => {
 
 test("one word says how rare a wish is, from the best that is known", () => {
   const looked = (verdict, one_in, hits) => ({ verdict, one_in, at_least: 220, draws: 700, hits, seconds: 1 });
-  const rarity = (more) => words.rarityOf({ world: "bowling", odds: null, difficulty: null, samples: 0, ...more });
+  const rarity = (more) => words.rarityOf({ odds: null, difficulty: null, samples: 0, ...more }, "throws");
   assert.equal(rarity({}), null);
   assert.deepEqual(rarity({ difficulty: looked("common", 8, 88) }), { word: "Common", odds: "1 in 8 throws" });
   assert.deepEqual(rarity({ difficulty: looked("rare", 350, 2) }), { word: "Rare", odds: "1 in 350 throws" });
@@ -76,8 +76,8 @@ test("the claim of single chains is told as a claim", () => {
 
 test("while chains learn or burn in, that is why nothing counts yet", () => {
   const note = (...chains) => words.independenceNotes({ effective: null, chains: 0 }, words.busyInWords(chains)).join(" ");
-  const learning = { phase: "exploring", kernels: [{ name: "redraw" }] };
-  const burning = { phase: "exploring", kernels: [{ name: "build" }, { name: "swap" }] };
+  const learning = { phase: "exploring", guided: false };
+  const burning = { phase: "exploring", guided: true };
   assert.match(note(learning), /still learning/);
   assert.match(note(burning, { ...burning, phase: "sampling" }), /still burning in/);
   for (const idle of [note(), note({ ...burning, phase: "sampling" })]) assert.doesNotMatch(idle, /still/);
@@ -117,26 +117,38 @@ test("a chain says what it is doing", () => {
   assert.equal(chain({}), "exploring: nothing found yet");
   assert.match(chain({ method: "tempering" }), /^exploring: .*ladder/);
   assert.equal(chain({ phase: "sampling" }), "sampling");
-  const guided = (more) => chain({ kernels: [{ name: "build", proposed: 9, accepted: 4 }], ...more });
+  const guided = (more) => chain({ guided: true, ...more });
   assert.equal(guided({}), "building the first one up");
   assert.equal(guided({ samples: 3 }), "burning in: 3 found, not counted");
   assert.equal(guided({ samples: 30, phase: "sampling" }), "sampling");
 });
 
-test("constraints of every kind are a sentence", () => {
-  const said = (...constraints) => wish({ constraints });
-  assert.equal(said({ kind: "rest_position", x: 1, sd: 0.1, tolerance: 0.1 }), "It comes to rest at x = 1 m, within 0.1 m.");
-  assert.equal(said({ kind: "rest_position", body: "marble_3", x: 1, z: -2 }), "Marble 3 comes to rest at x = 1 m and z = -2 m.");
-  assert.equal(said({ kind: "face_up", body: "die", face: 6 }), "Die shows face 6.");
-  assert.equal(said({ kind: "state_at", body: "ball", time: 1.5, position: [1, 0.5, 0], velocity: [] }), "Ball is at (1, 0.5, 0) m after 1.5 s.");
-  assert.equal(said({ kind: "state_at", body: "ball", time: 2, position: [0, 0, 0], velocity: [1, 0, 0] }), "Ball is at (0, 0, 0) m and moves by (1, 0, 0) m/s after 2 s.");
-  assert.equal(said({ kind: "contact_at", body: "pin_1", with: "ball", times: [2.4], tolerance: 0.03 }), "There is a contact of pin 1 and ball at 2.4 s, within 30 ms.");
-  assert.equal(said({ kind: "contact_at", body: "ball", with: "any", times: [], bpm: 120 }), "Every contact of ball is on the beat, 120 a minute.");
-  assert.equal(said({ kind: "contact_at", body: "any", with: "any", times: [1, 2] }), "There is a contact at 1 s and 2 s.");
-  const events = [{ kind: "contact", body: "ball", with: "pin_1" }, { kind: "contact", body: "ball", with: "any" }, { kind: "fall", body: "pin_1" }, { kind: "rest", body: "marble_2" }];
-  assert.equal(said({ kind: "order", events }), "Ball touches pin 1, then ball touches something, then pin 1 falls, then marble 2 comes to rest.");
-  const box = { low: [0, 0, 0], high: [1, 1, 1] };
-  assert.equal(said({ kind: "inside", body: "ball", box, from: 0, to: 3600 }), "Ball stays between (0, 0, 0) m and (1, 1, 1) m.");
-  assert.equal(said({ kind: "inside", body: "ball", box, from: 1, to: 2 }), "Ball stays between (0, 0, 0) m and (1, 1, 1) m from 1 s to 2 s.");
-  assert.equal(said({ kind: "inside", body: "ball", box, from: 1, to: 3600 }), "Ball stays between (0, 0, 0) m and (1, 1, 1) m from 1 s on.");
+test("the clauses of wishes are one sentence", () => {
+  assert.equal(wish({ wishes: [] }), "No wish: whatever may happen, as often as it may happen.");
+  assert.equal(wish({ wishes: ["die 1 shows face 6"] }), "Die 1 shows face 6.");
+  assert.equal(wish({ wishes: ["pin 6 goes down", "the ball touches pin 6", "it ends"] }), "Pin 6 goes down, the ball touches pin 6 and it ends.");
+});
+
+test("a quantity reads in the unit that the server tells", () => {
+  const said = [
+    [0.0216, "s", "21.6 ms"], [2.4, "s", "2.4 s"], [0, "s", "0 s"],
+    [0.0032, "m", "3.2 mm"], [-0.0432, "m", "-4.32 cm"], [1.02, "m", "1.02 m"],
+    [0.05, "rad", "2.865°"], [1, "rad/s", "57.3 °/s"], [7.94, "m/s", "7.94 m/s"], [2.5, "N s", "2.5 N s"],
+    [3, "", "3"], [3, undefined, "3"], [null, "m", "–"], [true, "", "yes"], [[0.5, null], "s", "0.5 s, –"], [[], "s", "none"],
+  ];
+  for (const [value, unit, words] of said) assert.equal(quantity(value, unit), words);
+});
+
+test("variables whose names differ in numbers alone share their unit", () => {
+  const units = { "height_#_#": "m", spin: "rad/s" };
+  assert.equal(variableUnit(units, "height_3_12"), "m");
+  assert.equal(variableUnit(units, "spin"), "rad/s");
+  assert.equal(variableUnit(units, "share_3"), "");
+  assert.equal(variableUnit(undefined, "spin"), "");
+});
+
+test("tries are called what their world calls one", () => {
+  assert.equal(words.triesOf({ try: "throw" }), "throws");
+  assert.equal(words.triesOf({ try: "try" }), "tries");
+  assert.equal(words.triesOf(undefined), "tries");
 });

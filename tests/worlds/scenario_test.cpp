@@ -43,13 +43,27 @@ TEST(Scenario, WithoutItsWorldNothingElseIsJudged) {
     EXPECT_EQ(fault_pointers(document), std::vector<std::string>{""}) << document;
 }
 
+/// What measures are, beside what they say of themselves.
+struct Told {
+  std::string name;
+  Measure::Kind kind = Measure::Kind::number;
+  std::string list{}, unit{};
+  friend bool operator==(const Told&, const Told&) = default;
+};
+std::vector<Told> told(const Scenario& scenario) {
+  std::vector<Told> all;
+  for (const Measure& measure : scenario.measures())
+    all.push_back({measure.name, measure.kind, measure.list, measure.unit});
+  return all;
+}
+
 /// What the ball of ball2d measures by itself.
-const std::vector<Measure> kBallMeasures = {{.name = "x"},
-                                            {.name = "bounce_1", .list = "bounces"},
-                                            {.name = "bounce_2", .list = "bounces"},
-                                            {.name = "bounce_3", .list = "bounces"},
-                                            {.name = "bounce_4", .list = "bounces"},
-                                            {.name = "bounce_5", .list = "bounces"}};
+const std::vector<Told> kBallMeasures = {{.name = "x", .unit = "m"},
+                                         {"bounce_1", Measure::Kind::integer, "bounces"},
+                                         {"bounce_2", Measure::Kind::integer, "bounces"},
+                                         {"bounce_3", Measure::Kind::integer, "bounces"},
+                                         {"bounce_4", Measure::Kind::integer, "bounces"},
+                                         {"bounce_5", Measure::Kind::integer, "bounces"}};
 
 TEST(Scenario, ConstraintsAreRequiredButMayBeNone) {
   EXPECT_EQ(fault_pointers({{"world", "ball2d"}}), std::vector<std::string>{"/constraints"});
@@ -58,7 +72,7 @@ TEST(Scenario, ConstraintsAreRequiredButMayBeNone) {
               std::vector<std::string>{"/constraints"});
   const auto scenario = read_scenario(R"({"world":"ball2d","constraints":[]})");
   EXPECT_EQ(scenario->document().at("constraints"), json::array());
-  EXPECT_EQ(scenario->measures(), kBallMeasures);
+  EXPECT_EQ(told(*scenario), kBallMeasures);
   const auto performer = scenario->make_performer();
   const auto take = performer->perform(State::Constant(5, 0.1));
   EXPECT_EQ(take.score.log_constraint, 0);
@@ -113,11 +127,12 @@ TEST(Scenario, ItsDocumentReadsBackAsItself) {
 TEST(Scenario, MeasuresOfEqualTermsHaveUniqueNames) {
   const auto scenario = read_scenario(R"({"world":"ball2d","constraints":[
     {"kind":"rest_position","x":1},{"kind":"rest_position","x":-1},{"kind":"rest_position","x":0.5}]})");
-  std::vector<Measure> expected = kBallMeasures;
-  expected.insert(expected.end(), {{"miss"}, {"miss_2"}, {"miss_3"}});
-  EXPECT_EQ(scenario->measures(), expected);
+  std::vector<Told> expected = kBallMeasures;
+  for (const char* name : {"miss", "miss_2", "miss_3"})
+    expected.push_back({.name = name, .unit = "m"});
+  EXPECT_EQ(told(*scenario), expected);
   std::vector<std::string> names;
-  for (const Measure& measure : expected)
+  for (const Told& measure : expected)
     names.push_back(measure.name);
   EXPECT_EQ(scenario->target(Ratios::exact)->measure_names, names);
   const auto performer = scenario->make_performer();
@@ -130,10 +145,25 @@ TEST(Scenario, MeasuresOfEqualTermsHaveUniqueNames) {
 
 TEST(Scenario, MeasuresKeepTheirKinds) {
   const auto scenario = read_stub_scenario({{"world", "stub"}, {"constraints", {{{"kind", "before"}}}}});
-  EXPECT_EQ(scenario->measures(), (std::vector<Measure>{{"x"},
-                                                        {"past_the_middle", Measure::Kind::flag},
-                                                        {"passed", Measure::Kind::integer_set},
-                                                        {"past_the_middle_2", Measure::Kind::flag}}));
+  EXPECT_EQ(told(*scenario), (std::vector<Told>{{"x"},
+                                                {"past_the_middle", Measure::Kind::flag},
+                                                {"passed", Measure::Kind::integer_set},
+                                                {"past_the_middle_2", Measure::Kind::flag}}));
+}
+
+TEST(Scenario, ListsOfEqualTermsHaveUniqueNames) {
+  const auto scenario = read_scenario(R"({"world":"bowling","constraints":[
+    {"kind":"order","events":[{"kind":"fall","body":"pin_1"},{"kind":"fall","body":"pin_2"}]},
+    {"kind":"order","events":[{"kind":"fall","body":"pin_2"},{"kind":"fall","body":"pin_3"}]}]})");
+  std::vector<Told> ordered = told(*scenario);
+  ordered.erase(ordered.begin(), ordered.end() - 6);
+  const auto number = Measure::Kind::number, integer = Measure::Kind::integer;
+  EXPECT_EQ(ordered, (std::vector<Told>{{"out_of_order", integer},
+                                        {"event_times_1", number, "event_times", "s"},
+                                        {"event_times_2", number, "event_times", "s"},
+                                        {"out_of_order_2", integer},
+                                        {"event_times_1_2", number, "event_times_2", "s"},
+                                        {"event_times_2_2", number, "event_times_2", "s"}}));
 }
 
 TEST(Scenario, ADefaultMayDependOnTheModel) {

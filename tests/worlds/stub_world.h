@@ -24,6 +24,9 @@ class StubWorld final : public World {
   Method default_method() const override { return Method::rejection; }
   const ParameterTable& model_parameters() const override { return model_; }
   const std::vector<TermKind>& term_kinds() const override { return terms_; }
+  terms::Roster roster(const Parameters&) const override {
+    return {.movers = {{.name = "bead"}}, .still = {}};
+  }
   std::vector<nlohmann::json> examples() const override { return {}; }
   std::optional<Viewpoint> viewpoint(const Animation&) const override {
     return Viewpoint{.center = {1, 2, 3}, .half_extents = {4, 5, 6.5}, .azimuth = -0.25, .elevation = 0.5};

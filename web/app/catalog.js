@@ -16,6 +16,9 @@ let chainsReady = false;
 let cursor = null;
 let ready = false;
 let worlds = null;
+/** @type {Map<string, import("./types.js").World>} by name, once the scenarios are there */
+const knownWorlds = new Map();
+/** @type {Map<string, Promise<import("./types.js").Meaning>>} by scenario */
 const meanings = new Map();
 const listeners = new Set();
 
@@ -57,13 +60,16 @@ export async function allWorlds() {
   }
 }
 
-/** What a scenario's measures mean. It never changes, so that it is asked for once.
- * @param {string} scenario id @returns {Promise<{measures: object[]}>} */
+/** @param {string} name @returns {import("./types.js").World|undefined} */
+export const worldOf = (name) => knownWorlds.get(name);
+
+/** What a scenario's measures and variables mean. It never changes, so that it is asked for once.
+ * @param {string} scenario id @returns {Promise<import("./types.js").Meaning>} */
 export async function meaningOf(scenario) {
   if (!meanings.has(scenario)) meanings.set(scenario, request(pathOf("scenarios", scenario)));
   try {
-    const { measures = [] } = await meanings.get(scenario);
-    return { measures };
+    const { measures = [], variable_units = {} } = await meanings.get(scenario);
+    return { measures, variable_units };
   } catch (error) {
     meanings.delete(scenario);
     throw error;
@@ -76,7 +82,8 @@ export async function loadScenarios({ more = false } = {}) {
   for (const scenario of body.scenarios) scenarios.set(scenario.id, scenario);
   cursor = body.next_cursor ?? null;
   sort();
-  await loadNamed();
+  const [all] = await Promise.all([allWorlds(), loadNamed()]);
+  for (const world of all) knownWorlds.set(world.name, world);
   ready = true;
   tell();
 }

@@ -1,11 +1,12 @@
 // What is known of the sample in the large view: measures, where it came from, every variable, and its proof.
 import { pathOf, post, request } from "./api.js";
+import { meaningOf } from "./catalog.js";
 import { h, say } from "./dom.js";
 import { LEARNING } from "./health_words.js";
 import { icon } from "./icons.js";
 import { complain } from "./notice.js";
 import { keyframesPath } from "./takes.js";
-import { count, measure, number, seconds, spaced } from "./words.js";
+import { count, number, quantity, seconds, spaced, variableUnit } from "./words.js";
 
 export class Facts {
   constructor() {
@@ -41,9 +42,13 @@ export class Facts {
     this.keyframes.href = keyframesPath(id);
     /** @type {import("./types.js").Sample} */
     const sample = await request(pathOf("samples", id));
+    const { measures, variable_units } = await meaningOf(sample.scenario);
     if (this.id !== id) return null;
     this.learning.hidden = !sample.learning;
-    fill(this.measures, Object.entries(sample.measures ?? {}).map(([name, value]) => [spaced(name), measure(name, value)]));
+    const told = new Map(measures.map((measure) => [measure.name, measure]));
+    const names = [...told.keys()].filter((name) => name in sample.measures);
+    names.push(...Object.keys(sample.measures).filter((name) => !told.has(name)));
+    fill(this.measures, names.map((name) => [spaced(name), quantity(sample.measures[name], told.get(name)?.unit), told.get(name)?.summary]));
     fill(this.origin, [
       ["duration", seconds(sample.duration)],
       ["iteration", count(sample.iteration)],
@@ -56,7 +61,7 @@ export class Facts {
     ]);
     const variables = Object.entries(sample.variables ?? {});
     say(this.variablesTitle, `${count(variables.length)} random ${variables.length === 1 ? "variable" : "variables"}`);
-    fill(this.variables, variables.map(([name, value]) => [spaced(name), number(value, 6)]));
+    fill(this.variables, variables.map(([name, value]) => [spaced(name), quantity(value, variableUnit(variable_units, name), 6)]));
     return sample;
   }
 
@@ -83,6 +88,7 @@ export class Facts {
   }
 }
 
+/** @param {HTMLElement} list @param {[name: string, value: any, summary?: string][]} entries */
 function fill(list, entries) {
-  list.replaceChildren(...entries.map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", { title: String(value) }, value))));
+  list.replaceChildren(...entries.map(([name, value, summary]) => h("div", {}, h("dt", { title: summary ?? "" }, name), h("dd", { title: String(value) }, value))));
 }

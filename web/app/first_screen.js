@@ -1,8 +1,8 @@
 // What a reader sees first: an animation that plays, and a card with a picture for every world.
 import { pathOf, request } from "./api.js";
-import { allScenarios, allWorlds, isReady } from "./catalog.js";
+import { allScenarios, allWorlds, isReady, worldOf } from "./catalog.js";
 import { h, onPlainClick, say } from "./dom.js";
-import { rarityOf } from "./health_words.js";
+import { rarityOf, triesOf } from "./health_words.js";
 import { newPlaySwitch, showPlaySwitch } from "./in_step.js";
 import { complain } from "./notice.js";
 import { Reel } from "./reel.js";
@@ -86,7 +86,7 @@ export class FirstScreen {
     const none = running ? "The first animation is on its way." : allScenarios().length ? "No scenario has an animation yet." : "There is no scenario yet.";
     if (!hero) this.reel.say(isReady() ? none : "");
     say(this.sentence, hero ? `${hero.title || "Untitled"}: ${wish(hero).replace(/^./, (letter) => letter.toLowerCase())}` : isReady() ? none : "");
-    const rare = hero && rarityOf(hero);
+    const rare = hero && rarityOf(hero, triesOf(worldOf(hero.world)));
     say(this.rarity, rare ? `${rare.odds} by chance; here every one of them, and each is another.` : "");
     this.all.hidden = !hero;
     say(this.all, hero ? `All ${count(hero.samples)} animations` : "");

@@ -1,5 +1,6 @@
 // How a scenario fares: the odds of its wish, how many of its animations are independent, and what they cost.
 import { pathOf, request } from "./api.js";
+import { worldOf } from "./catalog.js";
 import { h, say } from "./dom.js";
 import { agreementOf, basisInWords, busyInWords, difficultyInWords, difficultyNotes, independenceInWords, independenceNotes, isGuided, oddsInWords, timeInWords, timeNotes, triesOf } from "./health_words.js";
 import { complain } from "./notice.js";
@@ -13,7 +14,7 @@ export class Health {
   /** @param {import("./types.js").Scenario} scenario */
   constructor(scenario) {
     this.path = pathOf("scenarios", scenario.id, "/diagnostics");
-    this.tries = triesOf(scenario.world);
+    this.tries = triesOf(worldOf(scenario.world));
     this.odds = new Card("odds", "Odds");
     this.independence = new Card("independence", "Independence");
     this.time = new Card("time", "Time");

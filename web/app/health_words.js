@@ -1,13 +1,12 @@
 // How a scenario fares, in words: how rare its wish is, how many animations are independent, how long it takes.
 import { count, number, percent, spaced } from "./words.js";
 
-const TRIES = { bowling: "throws", dice: "throws", ball2d: "drops", spelling: "pours" };
 export const AGREEING_RHAT = 1.05;
 const COMMON = 1 / 100;
 const OFTEN = 0.2; // from here on a share reads better than "1 in"
 
-/** What one draw from the prior is called, in the plural. @param {string} world */
-export const triesOf = (world) => (Object.hasOwn(TRIES, world) ? TRIES[world] : "tries");
+/** What draws from the prior are called. @param {import("./types.js").World|undefined} world */
+export const triesOf = (world) => (world?.try ?? "try").replace(/(?<![aeiou])y$/, "ie").replace(/$/, "s");
 
 const rounded = (value, digits) => (value < 10 ? number(value, digits) : count(Number(value.toPrecision(digits))));
 
@@ -67,11 +66,10 @@ export function difficultyNotes({ draws, hits }, tries, guided) {
 
 /**
  * One word for how rare a wish is, from the best that is known, and the odds behind it.
- * @param {import("./types.js").Scenario} scenario
+ * @param {import("./types.js").Scenario} scenario @param {string} tries
  * @returns {{word: string, odds: string}|null} null while nothing is known
  */
-export function rarityOf({ world, odds, difficulty, samples }) {
-  const tries = triesOf(world);
+export function rarityOf({ odds, difficulty, samples }, tries) {
   if (odds?.probability > 0) {
     const { often, interval } = oddsInWords(odds, tries);
     return { word: odds.probability >= COMMON ? "Common" : "Rare", odds: `${often}, ${interval}` };
@@ -149,7 +147,7 @@ export function timeNotes({ first_sample, eta_seconds, saved }, searching = fals
 
 /** Whether a chain is guided by its world: it builds its first animation up, and does not learn.
  * @param {import("./types.js").Chain} chain */
-export const isGuided = ({ kernels }) => kernels?.[0]?.name === "build";
+export const isGuided = ({ guided }) => guided === true;
 
 /** With what chains are busy before what they find counts. @param {import("./types.js").Chain[]} chains */
 export function busyInWords(chains) {

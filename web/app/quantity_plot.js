@@ -2,7 +2,7 @@
 import { h, say, svg } from "./dom.js";
 import { AGREEING_RHAT } from "./health_words.js";
 import { onPlace, place, settle } from "./url_state.js";
-import { count, number, spaced } from "./words.js";
+import { count, quantity as quantityInWords, spaced } from "./words.js";
 
 const WORST = 6;
 const ROW = 22; // [px] high
@@ -69,11 +69,12 @@ function bar(key, share) {
 
 /** @param {import("./types.js").Quantity} quantity */
 function row(quantity, most) {
-  const { name, rhat, ess_bulk, ess_tail, ess_within, ess_across, mean, sd } = quantity;
+  const { name, unit, rhat, ess_bulk, ess_tail, ess_within, ess_across, mean, sd } = quantity;
   const limits = ess_across !== null && ess_across < ess_bulk;
   const values = { within: ess_within, bulk: ess_bulk, tail: ess_tail, across: limits ? ess_across : null };
   const bars = BARS.toReversed().filter(({ key }) => values[key] > 0).map(({ key }) => bar(key, values[key] / most));
   const figure = (value, words = count, kind = "td") => h(kind, {}, typeof value === "number" ? words(value) : "–");
+  const inUnit = (value) => quantityInWords(value, unit);
   const agreement = figure(rhat, (value) => value.toFixed(3));
   if (rhat > AGREEING_RHAT) agreement.className = "alarming";
   return h(
@@ -86,7 +87,7 @@ function row(quantity, most) {
     figure(ess_across, count, limits ? "td.counting" : "td"),
     figure(ess_within),
     agreement,
-    figure(mean, number),
-    figure(sd, number),
+    figure(mean, inUnit),
+    figure(sd, inUnit),
   );
 }

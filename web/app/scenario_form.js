@@ -28,7 +28,8 @@ class ScenarioForm {
     this.exampleField = h("label.field", {}, h("span", {}, "Begin with"), this.example);
     this.terms = h("ul.terms");
     this.saying = h("input", { type: "text", maxLength: 80, autocomplete: "off", spellcheck: false, oninput: () => this.#say() });
-    this.sayingField = h("label.field.saying", { hidden: true }, h("span", {}, "What it shall spell"), this.saying);
+    this.sayingLabel = h("span");
+    this.sayingField = h("label.field.saying", { hidden: true }, this.sayingLabel, this.saying);
     this.text = h("textarea", { id: "scenario-text", spellcheck: false, rows: 11, "aria-describedby": "scenario-faults", oninput: () => this.#forgive() });
     this.faults = h("div.faults", { id: "scenario-faults", "aria-live": "polite" });
     this.search = h("input", { type: "checkbox", checked: true });
@@ -93,8 +94,11 @@ class ScenarioForm {
   #fill() {
     const example = this.examples[Number(this.example.value) || 0];
     this.text.value = documentText(example);
-    this.saying.value = textOf(example) ?? "";
-    this.sayingField.hidden = textOf(example) === undefined;
+    const worded = wordedOf(example);
+    this.saying.value = worded?.text ?? "";
+    this.sayingField.hidden = !worded;
+    // What its kind says of itself, up to the details.
+    say(this.sayingLabel, this.world.constraints.find(({ kind }) => kind === worded?.kind)?.summary.split(":")[0] ?? "");
     this.#forgive();
   }
 
@@ -103,7 +107,7 @@ class ScenarioForm {
     const example = this.examples[Number(this.example.value) || 0];
     const text = this.saying.value.toUpperCase();
     const constraints = example.constraints.map((term) => (typeof term.text === "string" ? { ...term, text } : term));
-    this.text.value = documentText({ ...example, title: (example.title ?? "").replace(textOf(example), () => text), model: {}, constraints });
+    this.text.value = documentText({ ...example, title: (example.title ?? "").replace(wordedOf(example).text, () => text), model: {}, constraints });
     this.#forgive();
   }
 
@@ -155,7 +159,7 @@ class ScenarioForm {
   }
 }
 
-/** The words that a scenario's wish has in it; undefined if it has none. @param {{constraints: object[]}} scenario */
-function textOf({ constraints }) {
-  return constraints.find(({ text }) => typeof text === "string")?.text;
+/** The wish of a scenario that has words in it; undefined if none has. @param {{constraints: object[]}} scenario */
+function wordedOf({ constraints }) {
+  return constraints.find(({ text }) => typeof text === "string");
 }

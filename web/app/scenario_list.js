@@ -1,7 +1,7 @@
 // The list of scenarios at the side.
-import { allScenarios, hasMoreScenarios, loadScenarios, onCatalog } from "./catalog.js";
+import { allScenarios, hasMoreScenarios, loadScenarios, onCatalog, worldOf } from "./catalog.js";
 import { arrange, h, onPlainClick, say } from "./dom.js";
-import { rarityOf } from "./health_words.js";
+import { rarityOf, triesOf } from "./health_words.js";
 import { icon } from "./icons.js";
 import { complain } from "./notice.js";
 import { isChosen, isFull, MOST, seriesOf, toggled } from "./together.js";
@@ -76,7 +76,7 @@ function rowOf(scenario, isMember = false) {
   box.checked = isChosen(scenario.id);
   box.disabled = !box.checked && isFull();
   box.setAttribute("aria-label", `Show “${scenario.title}” together with others`);
-  const rare = rarityOf(scenario);
+  const rare = rarityOf(scenario, triesOf(worldOf(scenario.world)));
   fill(row.parts, {
     title: scenario.title || "Untitled",
     world: scenario.world,

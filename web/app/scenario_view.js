@@ -1,10 +1,10 @@
 // The open scenario: its wish, its tabs, and what to do with it.
-import { deleteScenario, isMissing, isReady, onCatalog, openChains, openScenario, startChains } from "./catalog.js";
+import { deleteScenario, isMissing, isReady, onCatalog, openChains, openScenario, startChains, worldOf } from "./catalog.js";
 import { FirstScreen } from "./first_screen.js";
 import { Gallery } from "./gallery.js";
 import { ChainPanel } from "./chain_panel.js";
 import { h, say } from "./dom.js";
-import { rarityOf } from "./health_words.js";
+import { rarityOf, triesOf } from "./health_words.js";
 import { complain } from "./notice.js";
 import { ELSEWHERE } from "./scenario_list.js";
 import { Together } from "./together.js";
@@ -64,7 +64,7 @@ class ScenarioView {
     this.pace = h("span.pace", { "aria-live": "off" });
     this.more = h("button.primary", { type: "button", onclick: () => this.#findMore() }, `Find ${MORE} more`);
     this.remove = h("button.quiet.danger", { type: "button", onclick: () => this.#remove() }, "Delete scenario");
-    const { samples, chains, created_at, odds, difficulty, ...asked } = scenario;
+    const { id, world, world_version, title, model, constraints } = scenario;
     this.element = h(
       "article",
       {},
@@ -78,7 +78,7 @@ class ScenarioView {
         "details.document",
         {},
         h("summary", {}, "The scenario as it was asked for"),
-        h("pre", { tabIndex: 0 }, documentText(asked)),
+        h("pre", { tabIndex: 0 }, documentText({ world, title, model, constraints, id, world_version })),
         this.remove,
       ),
       h("div.tabs", { role: "tablist", "aria-label": "What to see", onkeydown: (event) => this.#turn(event) }, ...Object.values(this.tabs)),
@@ -113,7 +113,7 @@ class ScenarioView {
   }
 
   #showRarity(scenario) {
-    const rarity = rarityOf(scenario);
+    const rarity = rarityOf(scenario, triesOf(worldOf(scenario.world)));
     const text = rarity ? `${rarity.word}: ${rarity.odds}` : "";
     if (this.rarity.textContent !== text) this.rarity.replaceChildren(...(rarity ? [h("strong", {}, rarity.word), `: ${rarity.odds}`] : []));
   }

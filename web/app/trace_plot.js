@@ -1,11 +1,12 @@
 // The trace of a chain: one quantity over its iterations.
 import uPlot from "../vendor/uplot.js";
 import { pathOf, request } from "./api.js";
+import { meaningOf } from "./catalog.js";
 import { h } from "./dom.js";
 import { complain, senseless } from "./notice.js";
 import { color, onTheme } from "./theme.js";
 import { onPlace, place, settle } from "./url_state.js";
-import { number, spaced } from "./words.js";
+import { number, quantity, spaced } from "./words.js";
 
 const REFRESH = 2000; // [ms] while the chain runs
 const HEIGHT = 220;
@@ -64,9 +65,10 @@ export class TracePlot {
     this.shown = chain.id;
     this.iteration = chain.iteration;
     try {
-      const trace = await request(`${pathOf("chains", chain.id)}/trace?points=1000`);
+      const [trace, { measures }] = await Promise.all([request(`${pathOf("chains", chain.id)}/trace?points=1000`), meaningOf(chain.scenario)]);
       if (this.closed || this.shown !== chain.id) return;
       this.trace = withTarget(trace);
+      this.units = new Map(measures.map(({ name, unit }) => [name, unit]));
       this.#redraw();
     } catch (error) {
       complain(error);
@@ -97,7 +99,7 @@ export class TracePlot {
     if (this.look === look) return void this.plot.setData(data);
     this.look = look;
     this.plot?.destroy();
-    this.plot = new uPlot(drawing(name, this.#size()), data, this.box);
+    this.plot = new uPlot(drawing(name, this.units.get(name), this.#size()), data, this.box);
   }
 }
 
@@ -112,7 +114,7 @@ function isPlotted(values) {
   return Array.isArray(values) && values.every((value) => value === null || typeof value === "number");
 }
 
-function drawing(name, size) {
+function drawing(name, unit, size) {
   const axis = { stroke: color("--ink-2"), grid: { stroke: color("--line"), width: 1 }, ticks: { stroke: color("--line"), width: 1 }, font: "12px Inter, system-ui, sans-serif" };
   return {
     ...size,
@@ -122,7 +124,7 @@ function drawing(name, size) {
     axes: [{ ...axis }, { ...axis, size: 64, values: (_, ticks) => ticks.map((tick) => number(tick)) }],
     series: [
       { label: "iteration" },
-      { label: spaced(name), stroke: color("--line-strong"), width: 1, points: { show: false }, value: (_, value) => number(value) },
+      { label: spaced(name), stroke: color("--line-strong"), width: 1, points: { show: false }, value: (_, value) => quantity(value, unit) },
       { label: "satisfied", stroke: color("--accent"), width: 0, paths: () => null, points: { show: true, size: 4, fill: color("--accent"), stroke: color("--accent") }, value: (_, value) => (value === null ? "–" : "yes") },
     ],
   };

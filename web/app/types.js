@@ -8,18 +8,23 @@
  *   hits: number, seconds: number}} Difficulty what a first look at draws of the prior found; `at_least` is 1 / high
  *   of the 95 % interval */
 /** @typedef {{id: string, world: string, world_version: number, title: string, model: object,
- *   constraints: Constraint[], created_at: string, samples: number, chains: ChainCounts, odds: Odds|null,
+ *   constraints: Constraint[], wishes: string[], created_at: string, samples: number, chains: ChainCounts, odds: Odds|null,
  *   difficulty: Difficulty|null}} Scenario */
-/** @typedef {{name: string, version: number, summary: string, default_method: string, methods?: string[],
- *   model: object,
+/** @typedef {{name: string, kind: "number"|"integer"|"flag"|"set"|"list", unit: string, summary: string,
+ *   of?: "number"|"integer"|"flag"}} MeasureMeaning `of` is the kind of a list's members */
+/** @typedef {{measures: MeasureMeaning[], variable_units: Object<string, string>}} Meaning of a scenario's numbers; a
+ *   variable's name has "#" for its numbers */
+/** @typedef {{name: string, version: number, summary: string, try: string, default_method: string, methods?: string[],
+ *   model: object, measures: MeasureMeaning[],
  *   constraints: {kind: string, summary: string, schema: object}[], examples: object[]}} World */
 /** @typedef {{id: string, scenario: string, index: number, seed: number, method: string, ratios: string,
  *   state: "queued"|"running"|"paused"|"finished"|"failed", iteration: number, accepted: number, samples: number,
  *   simulations: number, simulated_seconds: number, iterations_per_second: number,
  *   kernels: {name: string, proposed: number, accepted: number}[],
  *   first_sample: {iteration: number, seconds: number}|null, phase: "exploring"|"sampling",
- *   skipped_seconds: number, effective_samples: number|null, ended_by: string|null, error?: string}} Chain */
-/** @typedef {{name: string, rhat: number|null, ess_bulk: number|null, ess_tail: number|null,
+ *   skipped_seconds: number, effective_samples: number|null, ended_by: string|null, error?: string,
+ *   guided?: boolean}} Chain guided: its world shows it the way */
+/** @typedef {{name: string, unit: string, rhat: number|null, ess_bulk: number|null, ess_tail: number|null,
  *   ess_within: number|null, ess_across: number|null, mean: number|null, sd: number|null}} Quantity effective sample
  *   sizes over all chains together, within each chain by itself (summed), and from the spread of the chains' means */
 /** @typedef {{chain: string, low: number, high: number, proposed: number, accepted: number}} Swap between two

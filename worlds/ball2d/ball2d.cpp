@@ -84,12 +84,13 @@ const ParameterTable& model_table() {
 
 // --- What can be wished: above all where the ball comes to rest (5.1.1) -------------------------
 
+terms::Roster roster() {
+  return {.movers = {{.name = kBallName, .tells_rest = true}}, .still = {kTableName}};
+}
+
 std::vector<TermKind> make_term_kinds() {
   return terms::general_terms(
-      {.roster =
-           [](const Parameters&) {
-             return terms::Roster{.movers = {{.name = kBallName, .tells_rest = true}}, .still = {kTableName}};
-           },
+      {.roster = [](const Parameters&) { return roster(); },
        .only_body = kBallName,
        .length = 0.1,
        .speed = 0.5,
@@ -203,9 +204,12 @@ class BallScene final : public Scene {
   }
 
   std::vector<Measure> measures() const override {
-    std::vector<Measure> all = {{.name = "x"}};
+    std::vector<Measure> all = {{.name = "x", .unit = "m", .summary = "Where the ball comes to rest"}};
     for (std::size_t i = 1; i <= model_->size(); ++i)
-      all.push_back({.name = "bounce_" + std::to_string(i), .list = "bounces"});
+      all.push_back({.name = "bounce_" + std::to_string(i),
+                     .kind = Measure::Kind::integer,
+                     .list = "bounces",
+                     .summary = "Which way the ball goes from each collision: 1 right, -1 left"});
     return all;
   }
   std::unique_ptr<Physics> make_physics() const override { return std::make_unique<BallPhysics>(bounce_); }
@@ -223,12 +227,14 @@ class BallWorld final : public World {
   std::string_view summary() const override {
     return "A ball bounces on a table whose normal is uncertain at every collision";
   }
+  std::string_view attempt() const override { return "drop"; }
   Method default_method() const override { return Method::rejection; }
   const ParameterTable& model_parameters() const override { return model_table(); }
   const std::vector<TermKind>& term_kinds() const override {
     static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
+  terms::Roster roster(const Parameters&) const override { return ball2d::roster(); }
   std::vector<json> examples() const override {
     return {{{"world", "ball2d"},
              {"title", "A ball that comes to rest one diameter to the right"},

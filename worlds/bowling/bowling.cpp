@@ -120,13 +120,17 @@ json example(const char* title, json model, json down) {
           {"constraints", {{{"kind", "pins"}, {"down", std::move(down)}}}}};
 }
 
+terms::Roster roster_of(const Parameters& model) {
+  return roster(model.integer_set("rack"));
+}
+
 std::vector<TermKind> make_term_kinds() {
-  std::vector<TermKind> kinds = terms::general_terms(
-      {.roster = [](const Parameters& model) { return roster(model.integer_set("rack")); },
-       .length = 0.1,
-       .speed = 0.5,
-       .source = "chosen: a ball's radius, and a twentieth of its speed",
-       .rests_need_frames = true});
+  std::vector<TermKind> kinds =
+      terms::general_terms({.roster = roster_of,
+                            .length = 0.1,
+                            .speed = 0.5,
+                            .source = "chosen: a ball's radius, and a twentieth of its speed",
+                            .rests_need_frames = true});
   kinds.insert(kinds.begin(), pins_term());
   return kinds;
 }
@@ -138,6 +142,7 @@ class BowlingWorld final : public World {
   std::string_view summary() const override {
     return "Ten-pin bowling: say which pins are set and which shall fall";
   }
+  std::string_view attempt() const override { return "throw"; }
   Method default_method() const override { return Method::conditional; }
   Savings savings() const override { return {.stops_early = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }
@@ -145,6 +150,7 @@ class BowlingWorld final : public World {
     static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
+  terms::Roster roster(const Parameters& model) const override { return roster_of(model); }
   std::optional<Viewpoint> viewpoint(const Animation&) const override { return deck_viewpoint(); }
   std::vector<json> examples() const override {
     const json none = json::object();

@@ -2,12 +2,14 @@
 #include "worlds/bowling/pins.h"
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "worlds/bowling/lane.h"
 #include "worlds/measure.h"
+#include "worlds/words.h"
 
 namespace retake::bowling {
 namespace {
@@ -25,7 +27,12 @@ class Pins final : public Term {
   }
 
   std::vector<Measure> measures() const override {
-    return {{"as_wished", Measure::Kind::integer_set}, {"short_of_wish"}};
+    return {{.name = "as_wished",
+             .kind = Measure::Kind::integer_set,
+             .summary = "The pins that end as they shall"},
+            {.name = "short_of_wish",
+             .kind = Measure::Kind::integer,
+             .summary = "How many pins wrongly stand, fall or move; those that wrongly fall count twice"}};
   }
 
   /// log p_c = (k + m - max) log lambda: k pins end as wished, m pins that must stand have not moved far. A
@@ -83,6 +90,24 @@ void fit_to_rack(json& term, const Parameters& model, std::string_view pointer, 
   }
 }
 
+std::string sentence(const Parameters& term, const Parameters& model) {
+  const std::vector<int> rack = model.integer_set("rack"), down = term.integer_set("down");
+  std::vector<int> up;
+  std::set_difference(rack.begin(), rack.end(), down.begin(), down.end(), std::back_inserter(up));
+  const auto named = [](const std::vector<int>& pins, const char* one, const char* several) {
+    std::vector<std::string> numbers;
+    for (const int pin : pins)
+      numbers.push_back(std::to_string(pin));
+    return (pins.size() == 1 ? "pin " : "pins ") + list_in_words(numbers) +
+           (pins.size() == 1 ? one : several);
+  };
+  if (down.empty()) return "every pin stays up";
+  if (up.empty() && down.size() > 2) return "all " + std::to_string(down.size()) + " pins go down";
+  if (up.empty()) return named(down, " goes down", " go down");
+  if (up.size() > down.size()) return named(down, " goes down", " go down") + ", and no other";
+  return named(up, " stays up", " stay up") + ", and every other goes down";
+}
+
 }  // namespace
 
 TermKind pins_term() {
@@ -109,7 +134,8 @@ TermKind pins_term() {
             return std::make_unique<const Pins>(model.integer_set("rack"), term.integer_set("down"),
                                                 term.number("log_lambda"));
           },
-          .fit = fit_to_rack};
+          .fit = fit_to_rack,
+          .sentence = sentence};
 }
 
 }  // namespace retake::bowling

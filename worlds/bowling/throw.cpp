@@ -270,14 +270,22 @@ class Throws final : public Physics {
 }  // namespace
 
 std::vector<Measure> throw_measures(std::size_t pins) {
-  std::vector<Measure> measures = {{"pins_down", Measure::Kind::integer_set},
-                                   {"down_count"},
-                                   {"entry_offset"},
-                                   {"entry_angle"},
-                                   {"entry_speed"},
-                                   {"first_contact"}};
+  std::vector<Measure> measures = {
+      {.name = "pins_down", .kind = Measure::Kind::integer_set, .summary = "The pins that fall"},
+      {.name = "down_count", .kind = Measure::Kind::integer, .summary = "How many pins fall"},
+      {.name = "entry_offset",
+       .unit = "m",
+       .summary = "How far right of the middle the ball crosses the head pin's spot, were nothing there"},
+      {.name = "entry_angle",
+       .unit = "rad",
+       .summary = "The ball's direction there, to the right of straight ahead"},
+      {.name = "entry_speed", .unit = "m/s", .summary = "The ball's speed there"},
+      {.name = "first_contact", .unit = "s", .summary = "When the ball first hits a pin"}};
   for (std::size_t i = 1; i <= pins; ++i)
-    measures.push_back({.name = "fall_order_" + std::to_string(i), .list = "fall_order"});
+    measures.push_back({.name = "fall_order_" + std::to_string(i),
+                        .kind = Measure::Kind::integer,
+                        .list = "fall_order",
+                        .summary = "The pins in the order in which they fall"});
   return measures;
 }
 

@@ -272,10 +272,13 @@ json figure_9_example(int die) {
           {"constraints", spot(0, 0.12, 0.02 * (die - 3.5), 0.004, die)}};
 }
 
+terms::Roster roster_of(const Parameters& model) {
+  return roster(static_cast<std::size_t>(model.integer("dice")));
+}
+
 std::vector<TermKind> make_term_kinds() {
   const terms::Setting setting{
-      .roster =
-          [](const Parameters& model) { return roster(static_cast<std::size_t>(model.integer("dice"))); },
+      .roster = roster_of,
       .only_body = die_name(0),
       .length = 0.004,
       .speed = 0.1,
@@ -294,6 +297,7 @@ class DiceWorld final : public World {
   std::string_view summary() const override {
     return "Dice thrown on a table with random bumps, springy and sticky patches: say what they shall show";
   }
+  std::string_view attempt() const override { return "throw"; }
   Method default_method() const override { return Method::conditional; }
   Savings savings() const override { return {.stops_early = true, .resumes = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }
@@ -301,6 +305,7 @@ class DiceWorld final : public World {
     static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
+  terms::Roster roster(const Parameters& model) const override { return roster_of(model); }
   std::optional<Viewpoint> viewpoint(const Animation& shown) const override { return throw_viewpoint(shown); }
   std::vector<json> examples() const override {
     std::vector<json> all = {spot_example(), row_example(), sum_example()};

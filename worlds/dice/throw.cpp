@@ -221,14 +221,26 @@ std::array<Look, 7> look_times(const DiceSettings& settings) {
 }
 
 std::vector<Measure> throw_measures(std::size_t dice) {
-  std::vector<Measure> measures = {{"settling_time"}, {"touched_points"}, {"dice_met", Measure::Kind::flag}};
-  for (const char* name : {"top_face", "rest_x", "rest_z"})
+  std::vector<Measure> measures = {
+      {.name = "settling_time", .unit = "s", .summary = "When the last die comes to rest"},
+      {.name = "touched_points",
+       .kind = Measure::Kind::integer,
+       .summary = "How many of the table's control points the dice touch, each die by itself"},
+      {.name = "dice_met", .kind = Measure::Kind::flag, .summary = "Whether dice hit each other"}};
+  const auto add = [&](const Measure& of_a_die) {
     for (std::size_t die = 1; die <= dice; ++die) {
-      if (dice == 1)
-        measures.push_back({name});
-      else
-        measures.push_back({.name = std::string(name) + "_" + std::to_string(die), .list = name});
+      measures.push_back(of_a_die);
+      if (dice == 1) continue;
+      measures.back().name += "_" + std::to_string(die);
+      measures.back().list = of_a_die.name;
     }
+  };
+  const std::string each = dice == 1 ? "the die" : "each die";
+  add({.name = "top_face",
+       .kind = Measure::Kind::integer,
+       .summary = "The number on top of " + each + "; none while it leans"});
+  add({.name = "rest_x", .unit = "m", .summary = "Where " + each + " comes to rest, to the right"});
+  add({.name = "rest_z", .unit = "m", .summary = "Where " + each + " comes to rest, towards the viewer"});
   return measures;
 }
 

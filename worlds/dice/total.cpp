@@ -17,7 +17,11 @@ class Total final : public Term {
  public:
   Total(int sum, double log_lambda) : sum_(sum), log_lambda_(log_lambda) {}
 
-  std::vector<Measure> measures() const override { return {{"total"}}; }
+  std::vector<Measure> measures() const override {
+    return {{.name = "total",
+             .kind = Measure::Kind::integer,
+             .summary = "What the dice show together; none if one leans"}};
+  }
 
   /// A leaning die shows nothing, and misses by as much as a die can show.
   TermScore score(const Animation& animation, std::span<double> values) const override {
@@ -70,6 +74,10 @@ TermKind total_term() {
         }
         return std::make_unique<const Total>(static_cast<int>(sum), parameters.number("log_lambda"));
       },
+      .sentence =
+          [](const Parameters& term, const Parameters&) {
+            return "the dice show " + std::to_string(term.integer("sum")) + " together";
+          },
   };
 }
 

@@ -192,10 +192,21 @@ class Pours final : public Physics {
 }  // namespace
 
 std::vector<Measure> pour_measures(std::size_t marbles) {
-  std::vector<Measure> measures = {{"active_balls"}, {"direct_balls"}, {"settling_time"}};
-  for (const char* list : {"bin_of_ball", "place_of_ball"})
+  std::vector<Measure> measures = {
+      {.name = "active_balls", .kind = Measure::Kind::integer, .summary = "How many balls are dropped"},
+      {.name = "direct_balls",
+       .kind = Measure::Kind::integer,
+       .summary = "How many balls come to rest in the bin over which they were let go"},
+      {.name = "settling_time", .unit = "s", .summary = "When the last ball comes to rest"}};
+  const auto add_list = [&](const std::string& list, const std::string& summary) {
     for (std::size_t marble = 1; marble <= marbles; ++marble)
-      measures.push_back({.name = std::string(list) + "_" + std::to_string(marble), .list = list});
+      measures.push_back({.name = list + "_" + std::to_string(marble),
+                          .kind = Measure::Kind::integer,
+                          .list = list,
+                          .summary = summary});
+  };
+  add_list("bin_of_ball", "In which bin each ball comes to rest, counted from 0 at the far left, row by row");
+  add_list("place_of_ball", "Each ball's place in the order of coming to rest");
   return measures;
 }
 

@@ -135,11 +135,14 @@ void grow(int& columns, int& rows, const json& constraints) {
   }
 }
 
+terms::Roster roster_of(const Parameters& model) {
+  return roster(static_cast<std::size_t>(model.integer("balls")));
+}
+
 std::vector<TermKind> make_term_kinds() {
   std::vector<TermKind> kinds = wish_terms();
   const std::vector<TermKind> general = terms::general_terms(
-      {.roster =
-           [](const Parameters& model) { return roster(static_cast<std::size_t>(model.integer("balls"))); },
+      {.roster = roster_of,
        .length = kMarbleRadius,
        .speed = 0.1,
        .source = "chosen: a marble's radius, and a tenth of the speed with which it falls into the box",
@@ -155,6 +158,7 @@ class SpellingWorld final : public World {
   std::string_view summary() const override {
     return "Marbles poured into a box of bins: say which word they shall spell";
   }
+  std::string_view attempt() const override { return "pour"; }
   Method default_method() const override { return Method::conditional; }
   Savings savings() const override { return {.stops_early = true, .resumes = true}; }
   const ParameterTable& model_parameters() const override { return model_table(); }
@@ -162,6 +166,7 @@ class SpellingWorld final : public World {
     static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
+  terms::Roster roster(const Parameters& model) const override { return roster_of(model); }
   std::vector<json> examples() const override {
     return {example("HI", 7, 5), example("ACM", 15, 7), example("HOMEMADE", 40, 7)};
   }

@@ -130,7 +130,9 @@ TermKind spell_term() {
             }
             return make_wish(*lay_out(text, columns, rows), term, model, place, faults);
           },
-          .fit = fit};
+          .fit = fit,
+          .sentence = [](const Parameters& term,
+                         const Parameters&) { return "the marbles spell “" + term.text("text") + "”"; }};
 }
 
 TermKind bins_term() {
@@ -155,7 +157,10 @@ TermKind bins_term() {
             if (faults.size() > faults_before) return nullptr;
             return make_wish(pattern_of(lines), term, model, place, faults);
           },
-          .fit = fit};
+          .fit = fit,
+          .sentence = [](const Parameters&, const Parameters&) -> std::string {
+            return "the marbles fill the marked bins, and no other";
+          }};
 }
 
 }  // namespace
@@ -192,7 +197,12 @@ Wish::Wish(std::shared_ptr<const Box> box, BinPattern pattern, double log_lambda
 }
 
 std::vector<Measure> Wish::measures() const {
-  return {{.name = "filled_bins"}, {.name = "stray_balls"}};
+  return {{.name = "filled_bins",
+           .kind = Measure::Kind::integer,
+           .summary = "How many designated bins hold one ball"},
+          {.name = "stray_balls",
+           .kind = Measure::Kind::integer,
+           .summary = "How many balls lie where they fill no designated bin"}};
 }
 
 Wish::Count Wish::count(const Animation& animation, bool is_finished) const {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "worlds/terms/fields.h"
+#include "worlds/words.h"
 
 namespace retake::terms {
 namespace {
@@ -21,6 +22,11 @@ struct Contacts {
   }
 };
 
+std::vector<Measure> contact_measures(std::string miss) {
+  return {{.name = "beat_miss", .unit = "s", .summary = std::move(miss)},
+          {.name = "contacts", .kind = Measure::Kind::integer, .summary = "How many contacts count"}};
+}
+
 /// The distance of a time to the nearest of some [s]; infinity if there is none.
 double nearest(const std::vector<double>& times, double time) {
   double least = std::numeric_limits<double>::infinity();
@@ -35,7 +41,9 @@ class ContactsAtTimes final : public Term {
   ContactsAtTimes(Contacts contacts, std::vector<double> times)
       : contacts_(std::move(contacts)), times_(std::move(times)) {}
 
-  std::vector<Measure> measures() const override { return {{.name = "beat_miss"}, {.name = "contacts"}}; }
+  std::vector<Measure> measures() const override {
+    return contact_measures("By how much the time is missed that is missed most");
+  }
   bool reads_frames() const override { return true; }
 
   /// A time without any contact is missed by as much as a contact could miss it.
@@ -86,7 +94,9 @@ class ContactsOnBeat final : public Term {
   };
   ContactsOnBeat(Contacts contacts, const Beat& beat) : contacts_(std::move(contacts)), beat_(beat) {}
 
-  std::vector<Measure> measures() const override { return {{.name = "beat_miss"}, {.name = "contacts"}}; }
+  std::vector<Measure> measures() const override {
+    return contact_measures("By how much the contact misses its beat that misses most");
+  }
   bool reads_frames() const override { return true; }
 
   TermScore score(const Animation& animation, std::span<double> values) const override {
@@ -152,6 +162,25 @@ std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term,
                            .fewest = static_cast<std::size_t>(term.integer("contacts"))});
 }
 
+/// Between whom a contact is: " of pin 1 and the ball", "" if between any.
+std::string partners_in_words(const Parameters& term) {
+  std::vector<std::string> named;
+  for (const char* field : {"body", "with"})
+    if (const std::string name = term.text(field); name != kAnyBody) named.push_back(body_in_words(name));
+  return named.empty() ? "" : " of " + list_in_words(named);
+}
+
+std::string sentence(const Parameters& term, const Parameters&) {
+  const std::string within = ", within " + seconds_in_words(term.number("tolerance"));
+  std::vector<std::string> times;
+  for (const double time : term.number_list("times"))
+    times.push_back(in_words(time) + " s");
+  if (times.empty())
+    return "every contact" + partners_in_words(term) + " is on the beat, " + in_words(term.number("bpm")) +
+           " a minute" + within;
+  return "there is a contact" + partners_in_words(term) + " at " + list_in_words(times) + within;
+}
+
 }  // namespace
 
 TermKind contact_at_term(const Setting& setting) {
@@ -208,7 +237,8 @@ TermKind contact_at_term(const Setting& setting) {
   return {.kind = "contact_at",
           .summary = "Contacts at given times, or on the beat of music",
           .parameters = std::move(fields),
-          .make = [setting](auto&&... rest) { return make(setting, rest...); }};
+          .make = [setting](auto&&... rest) { return make(setting, rest...); },
+          .sentence = sentence};
 }
 
 }  // namespace retake::terms

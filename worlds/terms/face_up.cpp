@@ -6,6 +6,7 @@
 
 #include "sampler/check.h"
 #include "worlds/terms/fields.h"
+#include "worlds/words.h"
 
 namespace retake::terms {
 
@@ -83,7 +84,12 @@ TermKind face_up_term(const Setting& setting) {
           .summary = "A body comes to rest with one of its sides up",
           .parameters = std::move(fields),
           .make = [setting](auto&&... rest) { return make(setting, rest...); },
-          .fit = fit_body(setting)};
+          .fit = fit_body(setting),
+          .sentence =
+              [](const Parameters& term, const Parameters&) {
+                return body_in_words(term.text("body")) + " shows face " +
+                       std::to_string(term.integer("face"));
+              }};
 }
 
 }  // namespace retake::terms

@@ -16,7 +16,9 @@ class FaceUp final : public Term {
   const std::string& body() const { return body_.name; }
   int face() const { return face_; }
 
-  std::vector<Measure> measures() const override { return {{.name = "face"}}; }
+  std::vector<Measure> measures() const override {
+    return {{.name = "face", .kind = Measure::Kind::integer, .summary = "The face of the body that ends up"}};
+  }
   bool reads_frames() const override { return reads_frames_; }
   TermScore score(const Animation& animation, std::span<double> values) const override;
   double least_when_satisfied() const override { return 0; }

@@ -6,6 +6,7 @@
 
 #include "worlds/terms/fields.h"
 #include "worlds/terms/played.h"
+#include "worlds/words.h"
 
 namespace retake::terms {
 namespace {
@@ -52,7 +53,9 @@ class Inside final : public Term {
   };
   explicit Inside(Stay stay) : stay_(std::move(stay)) {}
 
-  std::vector<Measure> measures() const override { return {{.name = "excursion"}}; }
+  std::vector<Measure> measures() const override {
+    return {{.name = "excursion", .unit = "m", .summary = "How far the body gets out of its box"}};
+  }
   bool reads_frames() const override { return true; }
 
   TermScore score(const Animation& animation, std::span<double> values) const override {
@@ -138,6 +141,19 @@ std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term,
                                                      .sd = term.number("sd")});
 }
 
+constexpr double kToTheEnd = 3600;  // [s], the default of `to`
+
+std::string sentence(const Parameters& term, const Parameters&) {
+  const std::vector<double> low = term.object("box").number_list("low"),
+                            high = term.object("box").number_list("high");
+  std::string text = body_in_words(term.text("body")) + " stays between " + in_words(low) + " m and " +
+                     in_words(high) + " m";
+  const double from = term.number("from"), to = term.number("to");
+  if (from > 0) text += " from " + in_words(from) + " s" + (to < kToTheEnd ? "" : " on");
+  if (to < kToTheEnd) text += (from > 0 ? " to " : " until ") + in_words(to) + " s";
+  return text;
+}
+
 Parameter time_field(std::string name, double value, std::string summary, std::string source) {
   Parameter field = number_field(std::move(name), 0, 3600, "s", std::move(summary));
   field.default_value = value;
@@ -148,19 +164,21 @@ Parameter time_field(std::string name, double value, std::string summary, std::s
 }  // namespace
 
 TermKind inside_term(const Setting& setting) {
-  ParameterTable fields({body_field(setting, "What shall stay inside, with its origin"),
-                         {.name = "box",
-                          .kind = Parameter::Kind::object,
-                          .fields = box_fields(),
-                          .summary = "Along the axes; wide numbers leave a direction free"},
-                         time_field("from", 0, "From when on", "from the start"),
-                         time_field("to", 3600, "Until when; after the end everything rests", "to the end"),
-                         sd_field("sd", setting.length, "m", setting.source)});
+  ParameterTable fields(
+      {body_field(setting, "What shall stay inside, with its origin"),
+       {.name = "box",
+        .kind = Parameter::Kind::object,
+        .fields = box_fields(),
+        .summary = "Along the axes; wide numbers leave a direction free"},
+       time_field("from", 0, "From when on", "from the start"),
+       time_field("to", kToTheEnd, "Until when; after the end everything rests", "to the end"),
+       sd_field("sd", setting.length, "m", setting.source)});
   return {.kind = "inside",
           .summary = "A body stays in a box for a while",
           .parameters = std::move(fields),
           .make = [setting](auto&&... rest) { return make(setting, rest...); },
-          .fit = fit_body(setting)};
+          .fit = fit_body(setting),
+          .sentence = sentence};
 }
 
 }  // namespace retake::terms

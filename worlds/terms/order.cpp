@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "worlds/terms/fields.h"
+#include "worlds/words.h"
 
 namespace retake::terms {
 namespace {
@@ -33,9 +34,14 @@ class Order final : public Term {
   }
 
   std::vector<Measure> measures() const override {
-    std::vector<Measure> all = {{.name = "out_of_order"}};
+    std::vector<Measure> all = {{.name = "out_of_order",
+                                 .kind = Measure::Kind::integer,
+                                 .summary = "How many events are not before the next one"}};
     for (std::size_t i = 1; i <= events_.size(); ++i)
-      all.push_back({.name = "event_times_" + std::to_string(i), .list = "event_times"});
+      all.push_back({.name = "event_times_" + std::to_string(i),
+                     .list = "event_times",
+                     .unit = "s",
+                     .summary = "When each event happens"});
     return all;
   }
   bool reads_frames() const override { return reads_frames_; }
@@ -131,6 +137,21 @@ std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term,
   return std::make_unique<const Order>(std::move(events), term.number("log_lambda"));
 }
 
+std::string event_in_words(const Parameters& event) {
+  const std::string kind = event.choice("kind"), body = event.text("body"), with = event.text("with");
+  if (kind == "rest") return body_in_words(body) + " comes to rest";
+  if (kind == "fall") return body_in_words(body) + " falls";
+  if (body == kAnyBody) return with == kAnyBody ? "there is a contact" : body_in_words(with) + " is touched";
+  return body_in_words(body) + " touches " + (with == kAnyBody ? "something" : body_in_words(with));
+}
+
+std::string sentence(const Parameters& term, const Parameters&) {
+  std::string text;
+  for (const Parameters& event : term.object_list("events"))
+    text += (text.empty() ? "" : ", then ") + event_in_words(event);
+  return text;
+}
+
 std::shared_ptr<const ParameterTable> event_fields() {
   return std::make_shared<const ParameterTable>(std::vector<Parameter>{
       {.name = "kind",
@@ -163,7 +184,8 @@ TermKind order_term(const Setting& setting) {
   return {.kind = "order",
           .summary = "Events happen one after the other: contacts, rests, falls",
           .parameters = std::move(fields),
-          .make = [setting](auto&&... rest) { return make(setting, rest...); }};
+          .make = [setting](auto&&... rest) { return make(setting, rest...); },
+          .sentence = sentence};
 }
 
 }  // namespace retake::terms

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "worlds/terms/fields.h"
+#include "worlds/words.h"
 
 namespace retake::terms {
 namespace {
@@ -45,7 +46,10 @@ RestPosition::RestPosition(Place place, const Setting& setting)
       reads_frames_(setting.rests_need_frames) {}
 
 std::vector<Measure> RestPosition::measures() const {
-  return {{.name = "miss"}};
+  return {{.name = "miss",
+           .unit = "m",
+           .summary = flat_ ? "How far right of its place the body comes to rest"
+                            : "How far from its place the body comes to rest"}};
 }
 
 /// [m] to the right of the place in a flat world, else from it.
@@ -121,6 +125,12 @@ TermKind rest_position_term(const Setting& setting) {
                   return std::make_unique<const RestPosition>(std::move(place), setting);
                 }};
   if (!setting.flat) kind.fit = fit_body(setting);
+  kind.sentence = [setting](const Parameters& term, const Parameters&) {
+    std::string where = "x = " + in_words(term.number("x")) + " m";
+    if (!setting.flat) where += " and z = " + in_words(term.number("z")) + " m";
+    return body_in_words(setting.flat ? setting.only_body : term.text("body")) + " comes to rest at " +
+           where + ", within " + in_words(term.number("tolerance")) + " m";
+  };
   return kind;
 }
 

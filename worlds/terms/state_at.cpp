@@ -6,6 +6,7 @@
 
 #include "worlds/terms/fields.h"
 #include "worlds/terms/played.h"
+#include "worlds/words.h"
 
 namespace retake::terms {
 namespace {
@@ -25,8 +26,14 @@ class StateAt final : public Term {
 
   std::vector<Measure> measures() const override {
     std::vector<Measure> all;
-    if (position_) all.push_back({.name = "position_miss"});
-    if (velocity_) all.push_back({.name = "velocity_miss"});
+    if (position_)
+      all.push_back({.name = "position_miss",
+                     .unit = "m",
+                     .summary = "How far from its place the body is at the time"});
+    if (velocity_)
+      all.push_back({.name = "velocity_miss",
+                     .unit = "m/s",
+                     .summary = "By how much the body's velocity misses at the time"});
     return all;
   }
   bool reads_frames() const override { return true; }
@@ -114,6 +121,15 @@ std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term,
                                          std::move(velocity));
 }
 
+std::string sentence(const Parameters& term, const Parameters&) {
+  const std::vector<double> position = term.number_list("position"), velocity = term.number_list("velocity");
+  std::vector<std::string> state;
+  if (!position.empty()) state.push_back("is at " + in_words(position) + " m");
+  if (!velocity.empty()) state.push_back("moves by " + in_words(velocity) + " m/s");
+  return body_in_words(term.text("body")) + " " + list_in_words(state) + " after " +
+         in_words(term.number("time")) + " s";
+}
+
 }  // namespace
 
 TermKind state_at_term(const Setting& setting) {
@@ -130,7 +146,8 @@ TermKind state_at_term(const Setting& setting) {
           .summary = "A body is near a place, or near a velocity, at a time",
           .parameters = std::move(fields),
           .make = [setting](auto&&... rest) { return make(setting, rest...); },
-          .fit = fit_body(setting)};
+          .fit = fit_body(setting),
+          .sentence = sentence};
 }
 
 }  // namespace retake::terms

@@ -66,6 +66,12 @@ TEST_F(ApiScenarios, A_posted_scenario_is_created_with_every_default_filled_in) 
   ASSERT_EQ(created.status, 201) << created.body;
   const json scenario = created.json();
   EXPECT_EQ(differences(scenario, "Scenario"), "");
+  EXPECT_EQ(scenario["wishes"], json({"the ball comes to rest at x = 1 m, within 0.1 m"}));
+  EXPECT_EQ(scenario["variable_units"], json({{"tilt_#", "rad"}}));
+  std::vector<std::string> measures;
+  for (const json& measure : scenario["measures"])
+    measures.push_back(measure["name"]);
+  EXPECT_EQ(measures, (std::vector<std::string>{"x", "bounces", "miss"}));
   EXPECT_EQ(created.header("location"), "/v1/scenarios/" + scenario["id"].get<std::string>());
   EXPECT_EQ(created.header("content-type"), "application/json");
   EXPECT_EQ(scenario["constraints"][0]["sd"], 0.1);
@@ -124,6 +130,7 @@ TEST_F(ApiScenarios, Every_example_of_every_world_can_be_posted_and_read_back) {
       const Answer created = daemon.post("/v1/scenarios", example);
       EXPECT_EQ(created.status, 201) << created.body;
       EXPECT_EQ(differences(created.json(), "Scenario"), "");
+      EXPECT_EQ(created.json()["wishes"].size(), created.json()["constraints"].size());
     }
 }
 
@@ -190,6 +197,8 @@ TEST_F(ApiChains, Chains_are_started_with_seed_and_index_and_shown_alike_everywh
     EXPECT_EQ(chains[i]["scenario"], scenario);
     EXPECT_EQ(chains[i]["method"], "rejection");
     EXPECT_EQ(chains[i]["phase"], "sampling");
+    EXPECT_EQ(chains[i]["guided"], false);
+    EXPECT_TRUE(chains[i].contains("created_at"));
     EXPECT_EQ(chains[i]["stop"], json({{"samples", 4}}));
     EXPECT_EQ(chains[i]["ratios"], "exact");
     ids.insert(chains[i]["id"].get<std::string>());

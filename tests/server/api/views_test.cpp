@@ -1,11 +1,11 @@
 // Views: measures of every kind as JSON, in samples and in traces.
 #include "server/api/views.h"
-#include "server/chains/measures.h"
 
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "server/chains/measures.h"
 #include "tests/worlds/stub_world.h"
 
 namespace retake {
@@ -15,16 +15,17 @@ using nlohmann::json;
 
 const std::vector<Measure> kMeasures = {{.name = "miss"},
                                         {.name = "strike", .kind = Measure::Kind::flag},
-                                        {.name = "fallen", .kind = Measure::Kind::integer_set}};
+                                        {.name = "fallen", .kind = Measure::Kind::integer_set},
+                                        {.name = "contacts", .kind = Measure::Kind::integer}};
 
 TEST(Views, MeasuresAreNumbersBooleansAndLists) {
   const auto view = [](std::vector<double> values) { return measures_json(kMeasures, values); };
-  EXPECT_EQ(view({0.5, 1, set_of(std::vector<int>{10, 2, 7})}),
-            json({{"miss", 0.5}, {"strike", true}, {"fallen", {2, 7, 10}}}));
-  EXPECT_EQ(view({-2, 0, set_of({})}), json({{"miss", -2.0}, {"strike", false}, {"fallen", json::array()}}));
-  EXPECT_EQ(view({kAbsent, kAbsent, kAbsent}),
-            json({{"miss", nullptr}, {"strike", nullptr}, {"fallen", nullptr}}));
-  EXPECT_EQ(view({std::numeric_limits<double>::infinity(), 0, 0})["miss"], nullptr);
+  EXPECT_EQ(view({0.5, 1, set_of(std::vector<int>{10, 2, 7}), 3}).dump(),
+            R"({"contacts":3,"fallen":[2,7,10],"miss":0.5,"strike":true})");
+  EXPECT_EQ(view({-2, 0, set_of({}), 0}).dump(), R"({"contacts":0,"fallen":[],"miss":-2.0,"strike":false})");
+  EXPECT_EQ(view({kAbsent, kAbsent, kAbsent, kAbsent}).dump(),
+            R"({"contacts":null,"fallen":null,"miss":null,"strike":null})");
+  EXPECT_EQ(view({std::numeric_limits<double>::infinity(), 0, 0, 0})["miss"], nullptr);
 }
 
 TEST(Views, MeasuresOfOneListAreOneList) {
@@ -34,6 +35,29 @@ TEST(Views, MeasuresOfOneListAreOneList) {
                                          {.name = "place_1", .list = "place"}};
   EXPECT_EQ(measures_json(measures, std::vector<double>{1, 2, kAbsent, 4}),
             json({{"miss", 1.0}, {"bin", {2.0, nullptr}}, {"place", {4.0}}}));
+}
+
+TEST(Views, WhatMeasuresMeanIsToldOnceForAList) {
+  const std::vector<Measure> measures = {
+      {.name = "miss", .unit = "m", .summary = "How far off"},
+      {.name = "bin_1", .kind = Measure::Kind::integer, .list = "bin", .summary = "In which bin"},
+      {.name = "bin_2", .kind = Measure::Kind::integer, .list = "bin", .summary = "In which bin"},
+      {.name = "met", .kind = Measure::Kind::flag, .summary = "Whether they met"},
+      {.name = "fallen", .kind = Measure::Kind::integer_set, .summary = "Which fell"}};
+  EXPECT_EQ(measures_json(measures), json::parse(R"([
+    {"name":"miss","kind":"number","unit":"m","summary":"How far off"},
+    {"name":"bin","kind":"list","of":"integer","unit":"","summary":"In which bin"},
+    {"name":"met","kind":"flag","unit":"","summary":"Whether they met"},
+    {"name":"fallen","kind":"set","unit":"","summary":"Which fell"}])"));
+}
+
+TEST(Views, UnitsOfVariablesThatDifferInNumbersAloneAreToldOnce) {
+  const auto prior = Distribution::gaussian(0, 1);
+  const Model model({{.name = "height_1_12", .unit = "m", .prior = prior},
+                     {.name = "height_10_2", .unit = "m", .prior = prior},
+                     {.name = "share", .unit = "", .prior = prior},
+                     {.name = "spin", .unit = "rad/s", .prior = prior}});
+  EXPECT_EQ(variable_units_json(model), json({{"height_#_#", "m"}, {"spin", "rad/s"}}));
 }
 
 TEST(Views, ATraceHasTheSameJsonAtEveryPoint) {
@@ -91,15 +115,29 @@ TEST(Views, DifficultyIsCommonRareOrNothingYet) {
   EXPECT_NEAR(nothing["at_least"].get<double>(), 12000 / 3.69, 2);
 }
 
+TEST(Views, AChainSaysWhetherItsWorldGuidesIt) {
+  const auto guided = [](const json& document, Method method) {
+    ChainRecord chain;
+    chain.method = to_string(method);
+    return chain_json(chain, Scenario::read(document).get()).at("guided").get<bool>();
+  };
+  const json word = {{"world", "spelling"}, {"constraints", {{{"kind", "spell"}, {"text", "I"}}}}};
+  EXPECT_TRUE(guided(word, Method::conditional));
+  EXPECT_FALSE(guided(word, Method::tempering));
+  const json rest = {{"world", "ball2d"}, {"constraints", {{{"kind", "rest_position"}, {"x", 1}}}}};
+  EXPECT_FALSE(guided(rest, Method::conditional)) << "it learns";
+  EXPECT_FALSE(chain_json({}, nullptr).contains("guided")) << "nobody knows";
+}
+
 TEST(Views, PhasesAndWhatWasFoundMeanwhileAreTold) {
   ChainRecord chain;
-  EXPECT_EQ(chain_json(chain)["phase"], "sampling");
-  EXPECT_EQ(chain_json(chain)["effective_samples"], nullptr);
+  EXPECT_EQ(chain_json(chain, nullptr)["phase"], "sampling");
+  EXPECT_EQ(chain_json(chain, nullptr)["effective_samples"], nullptr);
   chain.counters.is_learning = true;
   chain.counters.effective_samples = 8.5;
   chain.counters.skipped_seconds = 2.5;
   chain.stop.ess = 30;
-  const json view = chain_json(chain);
+  const json view = chain_json(chain, nullptr);
   EXPECT_EQ(view["phase"], "exploring");
   EXPECT_EQ(view["effective_samples"], 8.5);
   EXPECT_EQ(view["skipped_seconds"], 2.5);
@@ -115,8 +153,11 @@ TEST(Views, DiagnosticsLeaveOutWhatIsNotKnown) {
   json view = diagnostics_json(health);
   EXPECT_EQ(view["effective"], nullptr);
   EXPECT_EQ(view["saved"]["share"], nullptr);
-  health.quantities = {
-      {.name = "x", .together = {1.01, 90, kAbsent, 2, 3}, .ess_within = 120, .ess_across = kAbsent}};
+  health.quantities = {{.name = "x",
+                        .unit = "m",
+                        .together = {1.01, 90, kAbsent, 2, 3},
+                        .ess_within = 120,
+                        .ess_across = kAbsent}};
   health.effective = {.samples = 90, .quantity = "x", .within = 120, .per_cpu_minute = {}};
   health.odds = {.basis = OddsBasis::ladder, .draws = 10};
   health.first_sample_seconds = 0.5;
@@ -125,7 +166,8 @@ TEST(Views, DiagnosticsLeaveOutWhatIsNotKnown) {
   health.skipped_seconds = 10;
   health.swaps = {{.chain = "c", .low = 0.25, .high = 1, .proposed = 8, .accepted = 3}};
   view = diagnostics_json(health);
-  EXPECT_EQ(view["quantities"][0], json::parse(R"({"name":"x","rhat":1.01,"ess_bulk":90.0,"ess_tail":null,
+  EXPECT_EQ(view["quantities"][0],
+            json::parse(R"({"name":"x","unit":"m","rhat":1.01,"ess_bulk":90.0,"ess_tail":null,
     "ess_within":120.0,"ess_across":null,"mean":2.0,"sd":3.0})"));
   EXPECT_EQ(view["effective"],
             json::parse(R"({"samples":90.0,"quantity":"x","within":120.0,"per_cpu_minute":null})"));

@@ -1,5 +1,6 @@
 // Commands that work without a daemon, or on the store of one that runs: sample, verify, export, backup,
 // check.
+#include <algorithm>
 #include <set>
 #include <sstream>
 
@@ -37,9 +38,15 @@ TEST_F(SampleCommand, It_writes_whole_keyframe_documents_and_a_line_for_each) {
   const std::vector<json> told = lines(ended.out);
   ASSERT_EQ(told.size(), 5);
   EXPECT_EQ(told.back()["ended_by"], "samples");
-  EXPECT_EQ(differences(told.back()["chain"], "Chain"), "");
+  EXPECT_EQ(differences(told.back()["chain"], "Chain"), "/created_at is missing\n") << "nobody stored it";
+  EXPECT_EQ(told.back()["chain"]["state"], "finished");
   std::set<std::string> files;
   for (std::size_t i = 0; i < 4; ++i) {
+    json stored = told[i];
+    stored.erase("file");
+    EXPECT_EQ(differences(stored, "Sample"), "/created_at is missing\n/plays is missing\n");
+    EXPECT_EQ(told[i]["weight"], 1) << "of independent draws";
+    EXPECT_EQ(told[i]["learning"], false);
     files.insert(told[i]["file"].get<std::string>());
     const json document = json::parse(read_text(folder / told[i]["file"].get<std::string>()));
     EXPECT_EQ(differences(document, "Keyframes"), "");
@@ -70,6 +77,22 @@ TEST_F(SampleCommand, The_same_seed_prints_the_same_lines_and_another_one_others
     EXPECT_NE(digests("1", method), digests("1", method, "1"));
   }
   EXPECT_NE(digests("1", "metropolis"), digests("1", "rejection"));
+}
+
+TEST_F(SampleCommand, A_line_says_what_its_sample_weighs_in_the_end) {
+  const std::vector<json> told = lines(
+      run({"sample", "wish.json", "--count", "40", "--seed", "5", "--method", "metropolis", "--json"}).out);
+  ASSERT_EQ(told.size(), 41);
+  // A walk stays where it is for some iterations, and each of them counts.
+  std::uint64_t most = 0;
+  for (std::size_t i = 0; i + 1 < 40; ++i) {
+    EXPECT_LT(told[i]["iteration"], told[i + 1]["iteration"]);
+    EXPECT_LE(told[i]["weight"].get<std::uint64_t>(),
+              told[i + 1]["iteration"].get<std::uint64_t>() - told[i]["iteration"].get<std::uint64_t>());
+    most = std::max(most, told[i]["weight"].get<std::uint64_t>());
+  }
+  EXPECT_GT(most, 1);
+  EXPECT_EQ(told[39]["weight"], 1) << "the chain ended where it was found";
 }
 
 TEST_F(SampleCommand, It_reads_standard_input) {
