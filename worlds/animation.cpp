@@ -59,7 +59,15 @@ std::optional<double> height_at(const HeightField& field, double x, double z) {
   return (1 - u) * ((1 - v) * corner[0] + v * corner[1]) + u * ((1 - v) * next[0] + v * next[1]);
 }
 
+constexpr std::array<std::string_view, kSurfaces> kSurfaceNames = {
+    "plain", "wood",  "boards", "varnished", "felt",    "cloth",   "plastic", "polished",
+    "glass", "metal", "rubber", "stone",     "plaster", "marking", "lamp",    "shade"};
+
 }  // namespace
+
+std::string_view to_string(Surface surface) {
+  return kSurfaceNames[static_cast<std::size_t>(surface)];
+}
 
 Mesh mesh_of(const HeightField& field) {
   Mesh mesh;

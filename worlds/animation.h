@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -58,10 +59,36 @@ struct Pose {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
 
+/// What a body's surface is like, apart from its colour: how it is drawn, never how it moves. Records hold
+/// the numbers, so what is new comes last.
+enum class Surface : std::uint8_t {
+  plain,      ///< nothing is known of it
+  wood,       ///< one piece, with its grain
+  boards,     ///< wood, laid in boards along x
+  varnished,  ///< such boards under varnish: mirrors what is above it
+  felt,       ///< dull and soft, of a gaming table
+  cloth,      ///< heavy and dull, of a curtain
+  plastic,    ///< shines a little
+  polished,   ///< lacquer or resin: shines much
+  glass,      ///< coloured through and clear
+  metal,      ///< brushed
+  rubber,     ///< dull and smooth
+  stone,      ///< ground, hardly shines
+  plaster,    ///< dull and even
+  marking,    ///< paint or print that lies on another body, without a thickness of its own
+  lamp,       ///< gives light, of its colour
+  shade,  ///< a box without a surface: the farther along x something lies in it, the less light reaches it
+};
+inline constexpr std::size_t kSurfaces = 16;
+
+/// As keyframe documents name it.
+std::string_view to_string(Surface surface);
+
 struct Body {
   std::string name;
   Shape shape;
-  std::string colour;                  ///< "#rrggbb"
+  std::string colour;  ///< "#rrggbb"
+  Surface surface = Surface::plain;
   std::optional<std::size_t> track{};  ///< which of Animation::tracks it follows; none: it stands still
   Pose pose{};                         ///< of a body that stands still
 };

@@ -1,8 +1,6 @@
 // See recorder.h.
 #include "worlds/recorder.h"
 
-#include <cmath>
-
 namespace retake {
 
 void begin_animation(Animation& animation, double rate, std::size_t tracks) {
@@ -22,11 +20,6 @@ bool is_out_of_reach(const Recording& recording, const Animation& so_far) {
   for (const auto& term : recording.terms)
     bound += term->upper_bound(so_far);
   return bound <= recording.needed;
-}
-
-std::size_t frames_until(double seconds, double rate) {
-  constexpr double kRounding = 1e-9;  // of a frame
-  return static_cast<std::size_t>(std::ceil(seconds * rate - kRounding)) + 1;
 }
 
 }  // namespace retake

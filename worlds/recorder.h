@@ -2,6 +2,7 @@
 // frames into its tracks. doc/design.md, section 4. It must not know what moves.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 
 #include <Eigen/Core>
@@ -20,7 +21,10 @@ void begin_animation(Animation& animation, double rate, std::size_t tracks);
 bool is_out_of_reach(const Recording& recording, const Animation& so_far);
 
 /// How many frames show `seconds` [s] at a rate [frames/s]: the last one is not before the end.
-std::size_t frames_until(double seconds, double rate);
+inline std::size_t frames_until(double seconds, double rate) {
+  constexpr double kRounding = 1e-9;  // of a frame
+  return static_cast<std::size_t>(std::ceil(seconds * rate - kRounding)) + 1;
+}
 
 /// Writes the frames of a track one after the other, successive rotations in one hemisphere.
 class TrackWriter {

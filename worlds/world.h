@@ -17,8 +17,8 @@
 #include "worlds/animation.h"
 #include "worlds/measure.h"
 #include "worlds/parameters.h"
+#include "worlds/roster.h"
 #include "worlds/term.h"
-#include "worlds/terms/roster.h"
 
 namespace retake {
 
@@ -98,7 +98,7 @@ class World {
   virtual const ParameterTable& model_parameters() const = 0;
   virtual const std::vector<TermKind>& term_kinds() const = 0;
   /// The bodies of a scene by the names that its terms take.
-  virtual terms::Roster roster(const Parameters& model) const = 0;
+  virtual Roster roster(const Parameters& model) const = 0;
   /// Scenario documents that show the world; an empty store starts with them.
   virtual std::vector<nlohmann::json> examples() const = 0;
   /// For one of its animations, which has frames. None: the viewer chooses by what moves.

@@ -153,8 +153,8 @@ class FaultyWorld final : public World {
   Savings savings() const override { return minimal_world().savings(); }
   const ParameterTable& model_parameters() const override { return minimal_world().model_parameters(); }
   const std::vector<TermKind>& term_kinds() const override { return kinds_; }
-  terms::Roster roster(const Parameters& model) const override {
-    terms::Roster roster = minimal_world().roster(model);
+  Roster roster(const Parameters& model) const override {
+    Roster roster = minimal_world().roster(model);
     if (planted_ == Planted::still_bodies_swapped) std::reverse(roster.still.begin(), roster.still.end());
     return roster;
   }

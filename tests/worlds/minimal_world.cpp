@@ -18,7 +18,7 @@ constexpr std::size_t kPuck = 0, kCushion = 2;        // in Animation::bodies
 constexpr const char *kPuckName = "puck", *kTableName = "table", *kCushionName = "cushion";
 
 /// What constraints can name: what moves, then what stands still, in the order of Animation::bodies.
-terms::Roster names() {
+Roster names() {
   return {.movers = {{.name = kPuckName, .tells_rest = true}}, .still = {kTableName, kCushionName}};
 }
 
@@ -86,14 +86,17 @@ class Push final : public Physics {
     animation.bodies = {Body{.name = kPuckName,
                              .shape = Cylinder{kRadius, 2 * kHalfHeight},
                              .colour = "#c8442f",
+                             .surface = Surface::plastic,
                              .track = kPuck},
                         Body{.name = kTableName,
                              .shape = Box{{length_ + kRadius, 0.02, 0.2}},
                              .colour = "#b98b5a",
+                             .surface = Surface::plastic,
                              .pose = {.position = {0, -0.02, 0}}},
                         Body{.name = kCushionName,
                              .shape = Box{{0.02, 0.04, 0.2}},
                              .colour = "#4a7d61",
+                             .surface = Surface::plastic,
                              .pose = {.position = {length_ + kRadius + 0.02, 0, 0}}}};
   }
 
@@ -181,7 +184,7 @@ class MinimalWorld final : public World {
   Savings savings() const override { return {.stops_early = true}; }
   const ParameterTable& model_parameters() const override { return model_; }
   const std::vector<TermKind>& term_kinds() const override { return kinds_; }
-  terms::Roster roster(const Parameters&) const override { return names(); }
+  Roster roster(const Parameters&) const override { return names(); }
   std::vector<nlohmann::json> examples() const override {
     return {
         {{"world", "shuffleboard"}, {"title", "Beyond the line"}, {"constraints", {{{"kind", "beyond"}}}}}};

@@ -24,9 +24,7 @@ class StubWorld final : public World {
   Method default_method() const override { return Method::rejection; }
   const ParameterTable& model_parameters() const override { return model_; }
   const std::vector<TermKind>& term_kinds() const override { return terms_; }
-  terms::Roster roster(const Parameters&) const override {
-    return {.movers = {{.name = "bead"}}, .still = {}};
-  }
+  Roster roster(const Parameters&) const override { return {.movers = {{.name = "bead"}}, .still = {}}; }
   std::vector<nlohmann::json> examples() const override { return {}; }
   std::optional<Viewpoint> viewpoint(const Animation&) const override {
     return Viewpoint{.center = {1, 2, 3}, .half_extents = {4, 5, 6.5}, .azimuth = -0.25, .elevation = 0.5};
@@ -48,7 +46,11 @@ class StubWorld final : public World {
                                std::span<double> measures) override {
       const double x = state[0];
       animation.frames = 1;
-      animation.bodies = {{.name = "bead", .shape = Sphere{.radius = 0.1}, .colour = "#336699", .track = 0}};
+      animation.bodies = {{.name = "bead",
+                           .shape = Sphere{.radius = 0.1},
+                           .colour = "#336699",
+                           .surface = Surface::plastic,
+                           .track = 0}};
       animation.tracks.resize(1);
       animation.tracks[0].rest.position = {x, 0, 0};
       animation.tracks[0].positions = animation.tracks[0].rest.position;

@@ -26,7 +26,7 @@ struct Stage {
     reach = 10 * fields.at("sd").at("default").get<double>();
     is_flat = !fields.contains("z");
     names_bodies = fields.contains("body");
-    for (const terms::Roster::Mover& mover : open.roster.movers)
+    for (const Roster::Mover& mover : open.roster.movers)
       movers.push_back(mover.name);
   }
   const TermKind& kind(const std::string& name) const {
@@ -42,7 +42,7 @@ struct Stage {
   std::shared_ptr<const Scenario> scenario_with(const json& constraints) const {
     return Scenario::read(with(constraints), {&open.world()});
   }
-  const terms::Roster::Mover& mover(const std::string& name) const {
+  const Roster::Mover& mover(const std::string& name) const {
     return *std::find_if(open.roster.movers.begin(), open.roster.movers.end(),
                          [&](const auto& each) { return each.name == name; });
   }
@@ -71,7 +71,7 @@ json rest_wish(const Stage& stage, const std::string& body, const Vector3d& plac
 
 /// The event that a mover tells: its rest or its fall; its contacts if it tells neither.
 json told_event(const Stage& stage, const std::string& body) {
-  const terms::Roster::Mover& mover = stage.mover(body);
+  const Roster::Mover& mover = stage.mover(body);
   return {{"kind", mover.tells_rest ? "rest" : mover.tells_fall ? "fall" : "contact"}, {"body", body}};
 }
 

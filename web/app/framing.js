@@ -1,5 +1,6 @@
 // Where the camera stands: where the world says, else chosen from what moves, and where.
 import * as THREE from "../vendor/three.module.js";
+import { isMarking } from "./surfaces.js";
 
 /** @typedef {{box: THREE.Box3, azimuth: number, elevation: number}} Framing angles in radians; azimuth 0 looks along -z */
 
@@ -25,8 +26,8 @@ export function framingOf(take, view) {
       reach.union(ball.getBoundingBox(new THREE.Box3()));
     }
   }
-  const still = take.group.children.filter((child) => child.isMesh && !take.movers.some(({ mesh }) => mesh === child));
-  if (reach.isEmpty()) for (const mesh of still) reach.union(new THREE.Box3().setFromObject(mesh));
+  const { still } = take;
+  if (reach.isEmpty()) for (const { mesh } of still) reach.union(new THREE.Box3().setFromObject(mesh));
   if (reach.isEmpty()) reach.set(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
   includeStill(reach, still);
   return { box: reach, ...direction(centers) };
@@ -43,14 +44,14 @@ function framingOfView(view) {
   return { box, azimuth: view.azimuth, elevation: view.elevation };
 }
 
-/** Small still bodies near the motion are part of the picture; large ones only where the motion is. */
+/** Marks, and small still bodies near the motion, are part of the picture; large ones only where the motion is. */
 function includeStill(reach, still) {
   const size = reach.getSize(new THREE.Vector3()).length();
   const near = reach.clone().expandByScalar(0.15 * size);
-  for (const mesh of still) {
+  for (const { mesh, body } of still) {
     const box = new THREE.Box3().setFromObject(mesh);
     const small = box.getSize(new THREE.Vector3()).length() < 0.8 * size;
-    if (mesh.name === "target" || (small && near.intersectsBox(box))) reach.union(box);
+    if (isMarking(body) || (small && near.intersectsBox(box))) reach.union(box);
   }
 }
 

@@ -4,8 +4,8 @@ import * as THREE from "../vendor/three.module.js";
 
 const RELIEF = 5; // slopes are lit as if they were so many times as steep: a millimetre in a centimetre is hardly seen
 const CONTOUR = 0.00025; // [m] of height from one contour line to the next
-const CORNER = 0.22; // radius of the corners, share of the shorter side
-const FADE = 0.045; // share of the shorter side over which the edge fades
+const CORNER = 0.4; // radius of the corners, share of the shorter side
+const FADE = 0.17; // share of the shorter side over which the edge fades
 const STEP = 0.1; // a scale begins and ends at a multiple of it
 /** Viridis (Smith and van der Walt, 2015), eleven of its colours: equal steps look equally far. */
 const SCALE = ["#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21918c", "#22a884", "#44bf70", "#7ad151", "#bddf26", "#fde725"];
@@ -13,7 +13,7 @@ const SCALE = ["#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21918c",
 /** Whether a body is such ground. @param {import("./types.js").Body} body */
 export const isGround = (body) => body.shape?.type === "mesh" && body.shape.attributes !== undefined && body.track === undefined;
 
-const material = new THREE.MeshStandardMaterial({ vertexColors: true, transparent: true, roughness: 0.92, metalness: 0 });
+const material = new THREE.MeshStandardMaterial({ vertexColors: true, transparent: true, roughness: 0.95, metalness: 0 });
 // The edge, and contour lines that are a pixel wide at any distance; where they would be dense they fade.
 material.onBeforeCompile = (shader) => {
   shader.vertexShader = `attribute vec2 reach;\nvarying vec2 beside;\nvarying vec2 halves;\nvarying float bump;\n${shader.vertexShader}`

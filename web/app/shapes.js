@@ -1,9 +1,12 @@
 // Geometry of the shapes that a keyframe document may hold, each built once and shared.
 import * as THREE from "../vendor/three.module.js";
+import { isLaid, isMarking, isShade, surfaceName } from "./surfaces.js";
 
 /** @type {Object<string, (shape: any, detail?: number) => THREE.BufferGeometry>} */
 const BUILD = {
   sphere: ({ radius }, detail) => new THREE.SphereGeometry(radius, 48 * detail, 32 * detail),
+  "eased box": easedBox,
+  slices,
   box: ({ half_extents: [x, y, z] }) => new THREE.BoxGeometry(2 * x, 2 * y, 2 * z),
   cylinder: ({ radius, height }) => new THREE.CylinderGeometry(radius, radius, height, 64),
   revolution: ({ profile }) => revolution(upwards(profile)),
@@ -19,6 +22,84 @@ const BUILD = {
     return faceted;
   },
 };
+
+const SLICES = 28; // of a box of shade, along x
+const DENSER = 1.6; // power by which they stand denser where it begins
+const EASE = 0.42; // radius of an eased edge, share of half the box's shortest side
+const EASE_PARTS = 2; // of the eighth of a circle that each side has of an edge
+const PANEL = 3; // a box that is less than so many times as long as it is wide shows its grain twice along it
+
+/** Slices of a box, across x: what lies deep in it is seen through many of them. */
+function slices({ half_extents: [x, y, z] }) {
+  const positions = [];
+  const indices = [];
+  for (let slice = 0; slice < SLICES; ++slice) {
+    const at = x * (2 * ((slice + 0.5) / SLICES) ** DENSER - 1);
+    const first = positions.length / 3;
+    positions.push(at, -y, -z, at, -y, z, at, y, z, at, y, -z);
+    indices.push(first, first + 1, first + 2, first, first + 2, first + 3);
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
+  geometry.setIndex(indices);
+  return geometry;
+}
+
+/** A box whose edges have been taken off, as a joiner does, with its grain along its longest side. */
+function easedBox({ half_extents: half }) {
+  const ease = EASE * Math.min(...half);
+  const sides = half.map((extent) => {
+    const core = extent - ease;
+    const line = (part) => core + ease * Math.tan((Math.PI / 4) * (part / EASE_PARTS));
+    const beyond = Array.from({ length: EASE_PARTS + 1 }, (_, part) => line(part));
+    return [...beyond.map((at) => -at).reverse(), ...beyond];
+  });
+  const order = [0, 1, 2].sort((a, b) => half[b] - half[a]);
+  const repeats = half[order[0]] < PANEL * half[order[1]] ? 2 : 1;
+  const positions = [];
+  const normals = [];
+  const uvs = [];
+  const indices = [];
+  for (const axis of [0, 1, 2]) {
+    for (const side of [-1, 1]) {
+      const [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+      const [along, across] = half[u] >= half[v] ? [u, v] : [v, u];
+      const first = positions.length / 3;
+      for (const atU of sides[u]) {
+        for (const atV of sides[v]) {
+          const place = new THREE.Vector3().setComponent(axis, side * half[axis]).setComponent(u, atU).setComponent(v, atV);
+          const core = half.map((extent, at) => THREE.MathUtils.clamp(place.getComponent(at), ease - extent, extent - ease));
+          const inner = new THREE.Vector3().fromArray(core);
+          const normal = place.clone().sub(inner).normalize();
+          positions.push(...inner.addScaledVector(normal, ease).toArray());
+          normals.push(...normal.toArray());
+          const scale = repeats / (2 * half[order[0]]);
+          uvs.push(place.getComponent(along) * scale, place.getComponent(across) * scale + 0.37 * axis);
+        }
+      }
+      const width = sides[v].length;
+      for (let i = 0; i + 1 < sides[u].length; ++i) {
+        for (let j = 0; j + 1 < width; ++j) {
+          const [a, b, c, d] = [0, width, width + 1, 1].map((step) => first + i * width + j + step);
+          indices.push(...(side > 0 ? [a, b, c, a, c, d] : [a, c, b, a, d, c]));
+        }
+      }
+    }
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
+  geometry.setAttribute("normal", new THREE.Float32BufferAttribute(normals, 3));
+  geometry.setAttribute("uv", new THREE.Float32BufferAttribute(uvs, 2));
+  geometry.setIndex(indices);
+  return geometry;
+}
+
+/** Which geometry a body has; its surface says whether a box is sharp, eased, or nothing but shade. */
+function buildOf(body) {
+  if (body.shape.type !== "box") return body.shape.type;
+  if (isShade(body)) return "slices";
+  return isLaid(body) || isMarking(body) || surfaceName(body) === "plain" ? "box" : "eased box";
+}
 
 /** A profile from its lowest point up, which makes the surface face outwards. @param {number[][]} profile */
 const upwards = (profile) => (profile[0][1] <= profile.at(-1)[1] ? profile : [...profile].reverse());
@@ -90,19 +171,22 @@ function ringsOf(profile) {
 }
 
 const shared = new Map();
+const TYPES = new Set(["sphere", "box", "cylinder", "revolution", "mesh"]);
 
 /** Whether a shape can be drawn. @param {{type: string}} shape */
-export const isKnown = (shape) => Object.hasOwn(BUILD, shape?.type);
+export const isKnown = (shape) => TYPES.has(shape?.type);
 
 /**
- * The geometry of a known shape. Meshes belong to the caller, who disposes of them; the others are shared for good.
- * @param {import("./types.js").Shape} shape @param {number} [detail] of spheres, relative to the usual
+ * The geometry of a body of a known shape. Meshes belong to the caller, who disposes of them; the others are shared for good.
+ * @param {import("./types.js").Body} body @param {number} [detail] of spheres, relative to the usual
  * @returns {{geometry: THREE.BufferGeometry, owned: boolean}}
  */
-export function geometryOf(shape, detail = 1) {
+export function geometryOf(body, detail = 1) {
+  const { shape } = body;
   if (shape.type === "mesh") return { geometry: finish(BUILD.mesh(shape)), owned: true };
-  const key = JSON.stringify([shape, detail]);
-  if (!shared.has(key)) shared.set(key, finish(BUILD[shape.type](shape, detail)));
+  const build = buildOf(body);
+  const key = JSON.stringify([build, shape, detail]);
+  if (!shared.has(key)) shared.set(key, finish(BUILD[build](shape, detail)));
   return { geometry: shared.get(key), owned: false };
 }
 

@@ -1,12 +1,12 @@
 // A Take: one animation ready to be drawn. Geometry is built once; motion is keyframe tracks that are interpolated.
 import * as THREE from "../vendor/three.module.js";
 import { geometryOf, isKnown, placeholder } from "./shapes.js";
-import { cageSurface, isFlat, surfaceOf, trailSurface } from "./look.js";
 import { lengthOf, trailOf } from "./trail.js";
 import { framingOf } from "./framing.js";
 import { Ground, isGround } from "./ground.js";
 import { Reflection } from "./reflection.js";
 import { storyOf } from "./story.js";
+import { cageSurface, isLamp, isMarking, isShade, surfaceOf, trailSurface } from "./surfaces.js";
 
 const FORMAT = "retake.keyframes/1";
 const CROWD = 4; // with more movers than these, only the one that goes farthest leaves a trail
@@ -35,6 +35,8 @@ export class Take {
     this.group.add(this.paths, this.ahead);
     this.owned = [];
     this.movers = [];
+    /** What stands still. @type {{mesh: THREE.Mesh, body: import("./types.js").Body}[]} */
+    this.still = [];
     this.trails = [];
     const times = Float32Array.from({ length: keyframes.frames }, (_, frame) => frame / keyframes.rate);
     const unknown = new Set();
@@ -47,7 +49,7 @@ export class Take {
     this.size = this.framing.box.getSize(new THREE.Vector3()).length();
     /** Where a reader who is short of time begins [s]. */
     this.opening = Math.max(0, this.#turningPoint() - LEAD);
-    this.#addReflections(keyframes.bodies);
+    this.#addReflections();
     this.#addTrails(trailWidth);
     this.#addContacts();
   }
@@ -70,9 +72,9 @@ export class Take {
     return Number.isFinite(second) ? second : 0;
   }
 
-  #addReflections(bodies) {
-    const floors = bodies.filter(Reflection.isFloor).map(({ name }) => this.group.getObjectByName(name));
-    this.reflections = floors.map((floor) => new Reflection(floor, this.movers));
+  #addReflections() {
+    const floors = this.still.filter(({ body }) => Reflection.isFloor(body));
+    this.reflections = floors.map(({ mesh }) => new Reflection(mesh, this.movers, this.still));
     for (const reflection of this.reflections) {
       this.group.add(reflection);
       this.owned.push(reflection.window);
@@ -83,15 +85,19 @@ export class Take {
     const known = isKnown(body.shape);
     if (!known) unknown.add(`“${body.shape?.type}” (${body.name})`);
     const detail = tracks.length > MANY ? 0.5 : 1;
-    const { geometry, owned } = known ? geometryOf(body.shape, detail) : { geometry: placeholder(), owned: true };
+    const { geometry, owned } = known ? geometryOf(body, detail) : { geometry: placeholder(), owned: true };
     if (owned) this.owned.push(geometry);
     if (isGround(body)) return this.#addGround(body, geometry);
     const mesh = new THREE.Mesh(geometry, known ? surfaceOf(body) : cageSurface);
     mesh.name = body.name;
-    mesh.castShadow = known && !isFlat(body);
-    mesh.receiveShadow = known;
+    const solid = known && !isLamp(body) && !isShade(body);
+    mesh.castShadow = solid && !isMarking(body);
+    mesh.receiveShadow = solid;
     this.group.add(mesh);
-    if (body.track === undefined) return stand(mesh, body);
+    if (body.track === undefined) {
+      this.still.push({ mesh, body });
+      return stand(mesh, body);
+    }
     const { position, rotation, from = 0 } = tracks[body.track];
     const moves = new THREE.VectorKeyframeTrack(".position", times, position);
     const turns = new THREE.QuaternionKeyframeTrack(".quaternion", times, rotation);
@@ -110,6 +116,7 @@ export class Take {
     ground.mesh.name = body.name;
     stand(ground.mesh, body);
     this.group.add(ground.mesh);
+    this.still.push({ mesh: ground.mesh, body });
     /** The ground whose bumps are lit, if there is one. @type {Ground|undefined} */
     this.ground = ground;
   }

@@ -42,7 +42,7 @@
  *   | {type: "cylinder", radius: number, height: number} | {type: "revolution", profile: number[][]}
  *   | {type: "mesh", positions: number[], indices: number[], attributes?: Object<string, number[]>}} Shape attributes
  *   have a value for each vertex */
-/** @typedef {{name: string, shape: Shape, color: string, track?: number, position?: number[],
+/** @typedef {{name: string, shape: Shape, color: string, surface?: string, track?: number, position?: number[],
  *   rotation?: number[]}} Body */
 /** @typedef {{time: number, kind: string, bodies: string[], impulse: number, position?: number[],
  *   normal?: number[]}} KeyframeEvent where, and the direction in which the first body is pushed */

@@ -19,7 +19,10 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kMass = 1;             // [kg], chosen: only the impulses of contact events depend on it
 constexpr double kFrameRate = 60;       // [frames/s]
 constexpr double kTableHalfLength = 6;  // [m], chosen: holds nearly every bounce
-constexpr double kMarkReach = 0.6;      // [m] of a mark to either side, chosen: half the table
+constexpr double kTableHalfWidth = 1.2, kTableThickness = 0.16;  // [m], chosen
+constexpr double kPlinthHeight = 0.14, kPlinthInset = 0.2;  // [m], chosen: the table seems to float on it
+constexpr double kFloor = 200;                              // [m] to every side, chosen: to the horizon
+constexpr double kMarkReach = 0.6;            // [m] of a mark to either side, chosen: half the table
 constexpr std::size_t kBall = 0, kTable = 1;  // in Animation::bodies
 constexpr const char *kBallName = "ball", *kTableName = "table";
 
@@ -84,7 +87,7 @@ const ParameterTable& model_table() {
 
 // --- What can be wished: above all where the ball comes to rest (5.1.1) -------------------------
 
-terms::Roster roster() {
+Roster roster() {
   return {.movers = {{.name = kBallName, .tells_rest = true}}, .still = {kTableName}};
 }
 
@@ -141,11 +144,28 @@ class BallPhysics final : public Physics {
 
  private:
   void record(double duration, Animation& animation) const {
-    animation.bodies = {Body{.name = kBallName, .shape = Sphere{kRadius}, .colour = "#c8442f", .track = 0},
+    animation.bodies = {Body{.name = kBallName,
+                             .shape = Sphere{kRadius},
+                             .colour = "#c8442f",
+                             .surface = Surface::rubber,
+                             .track = 0},
                         Body{.name = kTableName,
-                             .shape = Box{{kTableHalfLength, 0.05, 1.2}},
+                             .shape = Box{{kTableHalfLength, kTableThickness / 2, kTableHalfWidth}},
                              .colour = "#b98b5a",
-                             .pose = {.position = {0, -0.05, 0}}}};
+                             .surface = Surface::wood,
+                             .pose = {.position = {0, -kTableThickness / 2, 0}}},
+                        // What only the eye needs.
+                        Body{.name = "plinth",
+                             .shape = Box{{kTableHalfLength - kPlinthInset, kPlinthHeight / 2,
+                                           kTableHalfWidth - kPlinthInset}},
+                             .colour = "#33373d",
+                             .surface = Surface::plaster,
+                             .pose = {.position = {0, -kTableThickness - kPlinthHeight / 2, 0}}},
+                        Body{.name = "floor",
+                             .shape = Box{{kFloor, kTableThickness / 2, kFloor}},
+                             .colour = "#b9b4ab",
+                             .surface = Surface::stone,
+                             .pose = {.position = {0, -1.5 * kTableThickness - kPlinthHeight, 0}}}};
     animation.frames = static_cast<std::size_t>(std::ceil(duration * kFrameRate)) + 1;
     Track& track = animation.tracks[0];
     TrackWriter writer(track, animation.frames);
@@ -234,7 +254,7 @@ class BallWorld final : public World {
     static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
-  terms::Roster roster(const Parameters&) const override { return ball2d::roster(); }
+  Roster roster(const Parameters&) const override { return ball2d::roster(); }
   std::vector<json> examples() const override {
     return {{{"world", "ball2d"},
              {"title", "A ball that comes to rest one diameter to the right"},

@@ -120,7 +120,7 @@ json example(const char* title, json model, json down) {
           {"constraints", {{{"kind", "pins"}, {"down", std::move(down)}}}}};
 }
 
-terms::Roster roster_of(const Parameters& model) {
+Roster roster_of(const Parameters& model) {
   return roster(model.integer_set("rack"));
 }
 
@@ -150,7 +150,7 @@ class BowlingWorld final : public World {
     static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
-  terms::Roster roster(const Parameters& model) const override { return roster_of(model); }
+  Roster roster(const Parameters& model) const override { return roster_of(model); }
   std::optional<Viewpoint> viewpoint(const Animation&) const override { return deck_viewpoint(); }
   std::vector<json> examples() const override {
     const json none = json::object();

@@ -1,6 +1,7 @@
 // See view.h.
 #include "worlds/bowling/view.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -15,11 +16,16 @@ namespace {
 constexpr double kStripeLow = 0.252, kStripeHigh = 0.281;  // [m] above the base, around the neck
 constexpr double kStripeThickness = 0.0004;                // [m]
 constexpr double kBehind = 0.35;                           // [m] of the pit behind its cushion
-constexpr double kFloor = 2.4;                             // [m] to either side, chosen: the floor around
+constexpr double kHall = 2.42;                             // [m] to either side, chosen: with the next lanes
 constexpr double kApproach = 4.572;                        // [m], 15 feet before the foul line
-constexpr double kWallHeight = 0.42;                       // [m], chosen: low enough to look over
-constexpr double kCushionHeight = 0.56;                    // [m], chosen: a ground for white pins
-constexpr double kPaint = 0.0006;                          // [m] by which markings lie above what they mark
+// The hall around, chosen.
+constexpr double kCapping = 0.14;       // [m] wide, between two lanes
+constexpr double kMasking = 0.6;        // [m] above the lane, where the panel over the pit begins
+constexpr double kMaskingFront = 0.93;  // [m], behind the deck's last row
+constexpr double kMaskingTop = 2.3;     // [m]
+constexpr double kLampHeight = 0.022;   // [m] of the strip of light under the panel
+constexpr double kShadeBegins = 0.9;    // [m], just behind the deck
+constexpr double kPaint = 0.0006;       // [m] by which markings lie above what they mark
 
 enum Still { kLane, kGutterLeft, kGutterRight, kWallLeft, kWallRight, kPit, kCushionBody };
 
@@ -50,10 +56,12 @@ Revolution whole_pin() {
   return shape;
 }
 
-Body box(std::string name, std::string colour, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+Body box(std::string name, std::string colour, retake::Surface surface, const Eigen::Vector3d& low,
+         const Eigen::Vector3d& high) {
   return {.name = std::move(name),
           .shape = Box{(high - low) / 2},
           .colour = std::move(colour),
+          .surface = surface,
           .pose = {.position = (low + high) / 2}};
 }
 
@@ -120,8 +128,8 @@ std::string pin_name(int pin) {
   return "pin_" + std::to_string(pin);
 }
 
-terms::Roster roster(const std::vector<int>& rack) {
-  terms::Roster roster{
+Roster roster(const std::vector<int>& rack) {
+  Roster roster{
       .movers = {{.name = kBallName}},
       .still = {"lane", "gutter_left", "gutter_right", "wall_left", "wall_right", "pit", "cushion"}};
   for (const int pin : rack)
@@ -130,40 +138,79 @@ terms::Roster roster(const std::vector<int>& rack) {
 }
 
 void write_scene(const std::vector<int>& rack, double ball_radius, Animation& animation) {
+  using retake::Surface;
   std::vector<Body>& bodies = animation.bodies;
   bodies.clear();
-  bodies.push_back({.name = kBallName, .shape = Sphere{ball_radius}, .colour = "#1d3f7a", .track = 0});
+  bodies.push_back({.name = kBallName,
+                    .shape = Sphere{ball_radius},
+                    .colour = "#1d3f7a",
+                    .surface = Surface::polished,
+                    .track = 0});
   for (std::size_t i = 0; i < rack.size(); ++i)
-    bodies.push_back(
-        {.name = pin_name(rack[i]), .shape = whole_pin(), .colour = "#f6f1e7", .track = kFirstPinTrack + i});
+    bodies.push_back({.name = pin_name(rack[i]),
+                      .shape = whole_pin(),
+                      .colour = "#f6f1e7",
+                      .surface = Surface::polished,
+                      .track = kFirstPinTrack + i});
 
   // What stands still, in the order of Still.
   const double w = kLaneHalfWidth, back = kCushion + kBehind, thick = 0.02;
   const double under = -kGutterDepth - thick;
-  bodies.push_back(box("lane", "#d8a868", {kFoulLine, under, -w}, {kDeckEnd, 0, w}));
-  bodies.push_back(box("gutter_left", "#33373f", {kFoulLine, under, -kWall}, {kDeckEnd, -kGutterDepth, -w}));
-  bodies.push_back(box("gutter_right", "#33373f", {kFoulLine, under, w}, {kDeckEnd, -kGutterDepth, kWall}));
-  bodies.push_back(box("wall_left", "#2b3442", {0, -0.2, -kWall - thick}, {back, kWallHeight, -kWall}));
-  bodies.push_back(box("wall_right", "#2b3442", {0, -0.2, kWall}, {back, kWallHeight, kWall + thick}));
-  bodies.push_back(box("pit", "#1c1f26", {kDeckEnd, kPitFloor - thick, -kWall}, {back, kPitFloor, kWall}));
+  const char *gutter = "#2b2f37", *side = "#3d4a5e";
+  bodies.push_back(box("lane", "#d8a868", Surface::varnished, {kFoulLine, under, -w}, {kDeckEnd, 0, w}));
+  bodies.push_back(box("gutter_left", gutter, Surface::plastic, {kFoulLine, under, -kWall},
+                       {kDeckEnd, -kGutterDepth, -w}));
   bodies.push_back(
-      box("cushion", "#1d4347", {kCushion, kPitFloor, -kWall}, {kCushion + thick, kCushionHeight, kWall}));
+      box("gutter_right", gutter, Surface::plastic, {kFoulLine, under, w}, {kDeckEnd, -kGutterDepth, kWall}));
+  bodies.push_back(
+      box("wall_left", side, Surface::plaster, {0, -0.2, -kWall - kCapping}, {back, kMasking, -kWall}));
+  bodies.push_back(
+      box("wall_right", side, Surface::plaster, {0, -0.2, kWall}, {back, kMasking, kWall + kCapping}));
+  bodies.push_back(
+      box("pit", "#121419", Surface::cloth, {kDeckEnd, kPitFloor - thick, -kWall}, {back, kPitFloor, kWall}));
+  bodies.push_back(box("cushion", "#17191e", Surface::cloth, {kCushion, kPitFloor, -kWall},
+                       {kCushion + thick, kMasking, kWall}));
 
   for (std::size_t i = 0; i < rack.size(); ++i)
     bodies.push_back({.name = "stripe_" + std::to_string(rack[i]),
                       .shape = outline(kStripeLow, kStripeHigh, kStripeThickness),
                       .colour = "#b3202a",
+                      .surface = Surface::polished,
                       .track = kFirstPinTrack + i});
 
-  // What only the eye needs.
-  bodies.push_back(box("floor_left", "#3d4553", {kFoulLine, under, -kFloor}, {back, 0.01, -kWall}));
-  bodies.push_back(box("floor_right", "#3d4553", {kFoulLine, under, kWall}, {back, 0.01, kFloor}));
+  // What only the eye needs: first of the lane, then of the hall. No light falls into the pit, so that a pin
+  // that comes to stand in it is not taken for one that still stands.
   bodies.push_back(
-      box("approach", "#c4935a", {kFoulLine - kApproach, under, -kFloor}, {kFoulLine, 0, kFloor}));
-  bodies.push_back(box("foul_line", "#15171b", {kFoulLine - 0.025, -0.01, -w}, {kFoulLine, kPaint, w}));
-  bodies.push_back({.name = "markings", .shape = aiming_marks(), .colour = "#5b3413"});
+      {.name = "markings", .shape = aiming_marks(), .colour = "#5b3413", .surface = Surface::marking});
+  bodies.push_back({.name = "finger_holes",
+                    .shape = finger_holes(ball_radius),
+                    .colour = "#0a0d14",
+                    .surface = Surface::marking,
+                    .track = 0});
   bodies.push_back(
-      {.name = "finger_holes", .shape = finger_holes(ball_radius), .colour = "#0a0d14", .track = 0});
+      box("foul_line", "#15171b", Surface::marking, {kFoulLine - 0.025, -0.01, -w}, {kFoulLine, kPaint, w}));
+  bodies.push_back(box("approach", "#c4935a", Surface::boards, {kFoulLine - kApproach, under, -kHall},
+                       {kFoulLine, 0, kHall}));
+  bodies.push_back(box("pit_shade", "#050608", Surface::shade, {kDeckEnd, kPitFloor, -kWall},
+                       {kCushion, kMasking, kWall}));
+  bodies.push_back(box("masking", "#27364d", Surface::plaster, {kMaskingFront, kMasking, -kHall},
+                       {back, kMaskingTop, kHall}));
+  bodies.push_back(box("lamp", "#ffe9c4", Surface::lamp, {kMaskingFront - thick, kMasking, -kWall},
+                       {kMaskingFront, kMasking + kLampHeight, kWall}));
+  bodies.push_back(box("hall_floor", gutter, Surface::plastic, {kFoulLine, under - thick, -kHall},
+                       {back, -kGutterDepth - 0.001, kHall}));
+  for (const int right : {-1, 1}) {
+    const auto beside = [&](const char* name, const char* colour, Surface surface, double from, double to,
+                            double x, double end, double low, double high) {
+      const double inner = right * from, outer = right * to;
+      bodies.push_back(box(std::string(name) + (right < 0 ? "_left" : "_right"), colour, surface,
+                           {x, low, std::min(inner, outer)}, {end, high, std::max(inner, outer)}));
+    };
+    const double next = kWall + kCapping + (kWall - w);  // where the next lane begins
+    beside("capping", "#3a4250", Surface::plastic, kWall, kWall + kCapping, kFoulLine, 0, under, 0.012);
+    beside("next_lane", "#d0a064", Surface::boards, next, next + 2 * w, kFoulLine, kDeckEnd, under, 0);
+    beside("next_pit", "#0b0c0f", Surface::cloth, kWall + kCapping, kHall, kDeckEnd, back, under, kMasking);
+  }
 }
 
 std::size_t still_body(Surface surface, double z, std::size_t pins) {

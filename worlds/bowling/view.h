@@ -7,14 +7,14 @@
 
 #include "worlds/animation.h"
 #include "worlds/bowling/deck.h"
-#include "worlds/terms/roster.h"
+#include "worlds/roster.h"
 #include "worlds/world.h"
 
 namespace retake::bowling {
 
 /// What a constraint can name: the ball, the pins of a rack, and what they can hit. A pin tells when it
 /// falls.
-terms::Roster roster(const std::vector<int>& rack);
+Roster roster(const std::vector<int>& rack);
 
 inline constexpr const char* kBallName = "ball";
 std::string pin_name(int pin);

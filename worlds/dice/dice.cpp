@@ -272,7 +272,7 @@ json figure_9_example(int die) {
           {"constraints", spot(0, 0.12, 0.02 * (die - 3.5), 0.004, die)}};
 }
 
-terms::Roster roster_of(const Parameters& model) {
+Roster roster_of(const Parameters& model) {
   return roster(static_cast<std::size_t>(model.integer("dice")));
 }
 
@@ -305,7 +305,7 @@ class DiceWorld final : public World {
     static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
-  terms::Roster roster(const Parameters& model) const override { return roster_of(model); }
+  Roster roster(const Parameters& model) const override { return roster_of(model); }
   std::optional<Viewpoint> viewpoint(const Animation& shown) const override { return throw_viewpoint(shown); }
   std::vector<json> examples() const override {
     std::vector<json> all = {spot_example(), row_example(), sum_example()};

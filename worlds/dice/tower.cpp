@@ -59,7 +59,7 @@ std::optional<Body> tower_around(const Animation& thrown, const DieShape& shape)
   for (const double side : {-outer, half_width})
     add_box({back, kFoot, side}, {mouth, roof, side + thick}, mesh);
   add_box({back - thick, roof, -outer}, {mouth, roof + thick, outer}, mesh);
-  return Body{.name = kTower, .shape = std::move(mesh), .colour = kWood};
+  return Body{.name = kTower, .shape = std::move(mesh), .colour = kWood, .surface = Surface::wood};
 }
 
 }  // namespace retake::dice

@@ -31,7 +31,20 @@ constexpr int kRoundingParts = 3;  // of the eighth of a circle that each face h
 constexpr std::array kColours = {"#f4efe4", "#b5202c", "#1f4f9c", "#6d4a9c", "#e0a21b", "#3a3a44"};
 constexpr const char* kDarkPips = "#16181d";
 constexpr const char* kLightPips = "#f7f4ec";
-constexpr const char* kFelt = "#4a7d61";
+constexpr const char* kFelt = "#2f6b50";
+constexpr const char* kRim = "#7a4526";
+
+// The gaming table, the same for all throws that it holds, in metres: of 2,250 throws of one to six dice one
+// in a thousand went beyond.
+constexpr double kTrayMiddle = 0.17;  // along x, the way in which dice are thrown
+constexpr double kTrayHalfLength = 0.29, kTrayHalfWidth = 0.30;
+constexpr double kTrayGrows = 1.6;  // times as large, about its middle, until it holds a throw
+constexpr double kRimWidth = 0.034, kRimHeight = 0.02;
+constexpr double kUnderBumps = 0.0003;                // from the lowest of them down to the felt
+constexpr double kTrayDepth = 0.02;                   // below the felt
+constexpr double kDeskThickness = 0.02, kDesk = 1.5;  // to every side
+// Most throws stay within, so that most tiles are seen from one place.
+const Vector3d kSeenLow(-0.03, 0, -0.075), kSeenHigh(0.19, 0.1, 0.075);
 
 void add_point(Mesh& mesh, const Vector3d& point) {
   mesh.positions.insert(mesh.positions.end(), point.data(), point.data() + 3);
@@ -234,8 +247,45 @@ Body table_of(const std::vector<DieState>& states, const Placement& placement, T
   return {.name = "table",
           .shape = std::move(field),
           .colour = kFelt,
+          .surface = Surface::felt,
           .pose = {.position = placement.point(corner),
                    .rotation = placement.rotation(Eigen::Quaterniond::Identity()).normalized()}};
+}
+
+Body box_body(std::string name, const char* colour, Surface surface, const Vector3d& low,
+              const Vector3d& high) {
+  return {.name = std::move(name),
+          .shape = Box{(high - low) / 2},
+          .colour = colour,
+          .surface = surface,
+          .pose = {.position = (low + high) / 2}};
+}
+
+/// A tray of felt with a rim of wood, on a desk, for who watches: dice know an endless table. It holds the
+/// dice of `went`, which are as large as `reach` [m] from their middles.
+void add_tray(const std::vector<Vector3d>& went, double reach, const HeightField& bumps,
+              std::vector<Body>& bodies) {
+  double scale = 1;
+  for (const Vector3d& place : went)
+    while (std::abs(place.x() - kTrayMiddle) + reach > scale * kTrayHalfLength ||
+           std::abs(place.z()) + reach > scale * kTrayHalfWidth)
+      scale *= kTrayGrows;
+  const double left = kTrayMiddle - scale * kTrayHalfLength, right = kTrayMiddle + scale * kTrayHalfLength;
+  const double near = scale * kTrayHalfWidth, far = -near;
+  const double lowest = *std::min_element(bumps.heights.begin(), bumps.heights.end());
+  const double felt = std::min(lowest, 0.0) - kUnderBumps, bottom = std::min(felt, 0.0) - kTrayDepth;
+  bodies.push_back(box_body("felt", kFelt, Surface::felt, {left, bottom, far}, {right, felt, near}));
+  const double w = kRimWidth;
+  const auto add_rim = [&](const char* name, double x0, double x1, double z0, double z1) {
+    bodies.push_back(box_body(name, kRim, Surface::wood, {x0, bottom, z0}, {x1, kRimHeight, z1}));
+  };
+  add_rim("rim_far", left - w, right + w, far - w, far);
+  add_rim("rim_near", left - w, right + w, near, near + w);
+  add_rim("rim_left", left - w, left, far, near);
+  add_rim("rim_right", right, right + w, far, near);
+  bodies.push_back(box_body("desk", "#77706a", Surface::plaster,
+                            {left - kDesk, bottom - kDeskThickness, far - kDesk},
+                            {right + kDesk, bottom, near + kDesk}));
 }
 
 }  // namespace
@@ -244,14 +294,14 @@ std::string die_name(std::size_t die) {
   return "die_" + std::to_string(die + 1);
 }
 
-terms::Roster roster(std::size_t dice) {
-  std::vector<terms::Face> faces;
+Roster roster(std::size_t dice) {
+  std::vector<Face> faces;
   for (int pips = 1; pips <= 6; ++pips)
     faces.push_back({.number = pips, .normal = face_normal(pips)});
-  terms::Roster roster;
+  Roster roster;
   roster.still.emplace_back("table");
   for (std::size_t die = 0; die < dice; ++die) {
-    terms::Roster::Mover& mover = roster.movers.emplace_back();
+    Roster::Mover& mover = roster.movers.emplace_back();
     mover.name = die_name(die);
     mover.faces = faces;
     mover.tells_rest = true;
@@ -270,14 +320,20 @@ void write_scene(const DieShape& shape, const DiceThrow& thrown, const std::vect
     bodies.push_back({.name = die_name(die),
                       .shape = std::move(meshes.body),
                       .colour = kColours[die % kColours.size()],
+                      .surface = Surface::plastic,
                       .track = die});
     pips.push_back({.name = "pips_" + std::to_string(die + 1),
                     .shape = std::move(meshes.pips),
                     .colour = die % kColours.size() == 0 ? kDarkPips : kLightPips,
+                    .surface = Surface::plastic,
                     .track = die});
   }
   bodies.push_back(table_of(states, thrown.placement, table));
   std::move(pips.begin(), pips.end(), std::back_inserter(bodies));
+  std::vector<Vector3d> went;
+  for (const DieState& state : states)
+    went.push_back(thrown.placement.point(state.position));
+  add_tray(went, shape.half_extents().norm(), std::get<HeightField>(bodies[table_body(dice)].shape), bodies);
   if (auto tower = tower_around(animation, shape)) bodies.push_back(std::move(*tower));
 }
 
@@ -288,8 +344,8 @@ Viewpoint throw_viewpoint(const Animation& animation) {
     high = high.cwiseMax(track.positions.rowwise().maxCoeff());
   }
   const Vector3d around(0.022, 0.015, 0.022);
-  low -= around;
-  high += around;
+  low = (low - around).cwiseMin(kSeenLow - around);
+  high = (high + around).cwiseMax(kSeenHigh + around);
   for (const Body& body : animation.bodies)
     if (body.name == kTower) {
       const auto& positions = std::get<Mesh>(body.shape).positions;
@@ -298,7 +354,7 @@ Viewpoint throw_viewpoint(const Animation& animation) {
       low = low.cwiseMin(points.rowwise().minCoeff());
       high = high.cwiseMax(points.rowwise().maxCoeff());
     }
-  return {.center = (low + high) / 2, .half_extents = (high - low) / 2, .azimuth = 0.3, .elevation = 0.62};
+  return {.center = (low + high) / 2, .half_extents = (high - low) / 2, .azimuth = 0.3, .elevation = 0.55};
 }
 
 }  // namespace retake::dice

@@ -109,7 +109,10 @@ json keyframes_json(const Animation& given, const KeyframeHead& head, double rat
 
   json bodies = json::array();
   for (const Body& body : animation.bodies) {
-    json view = {{"name", body.name}, {"shape", shape_json(body.shape)}, {"color", body.colour}};
+    json view = {{"name", body.name},
+                 {"shape", shape_json(body.shape)},
+                 {"color", body.colour},
+                 {"surface", to_string(body.surface)}};
     if (body.track) {
       view["track"] = *body.track;
     } else {

@@ -17,16 +17,17 @@ namespace retake {
 namespace {
 
 constexpr std::uint8_t kVersion = 3;
-constexpr std::uint8_t kPlainMeshes = 1;  // the version whose meshes are floats
-constexpr std::uint8_t kAppearances = 3;  // the first version whose tracks say from when on they are there
-constexpr int kCompressionLevel = 1;      // measured: higher levels gain under 5 % here
-constexpr double kPositionQuantum = 1.0 / 16384;  // [m]: errors up to 0.031 mm a component
-constexpr double kRotationQuantum = 1.0 / 8192;   // errors up to 0.014 degree
-constexpr double kMeshQuantum = 0x1p-18;          // [m]: a facet of 0.3 mm leans by less than a degree
-constexpr double kHeightQuantum = 0x1p-16;        // [m]: of height fields, 0.015 mm
-constexpr double kAttributeQuantum = 0.01;        // as the keyframe document gives them
-constexpr double kLargestScaled = 0x1p60;         // so that second differences stay within 64 bits
-constexpr Eigen::Index kMostPlain = 16;           // numbers of a State that are not compressed, chosen
+constexpr std::uint8_t kPlainMeshes = 1;           // the version whose meshes are floats
+constexpr std::uint8_t kFirstWithSurfaces = 3;     // the version from which on bodies tell their surface
+constexpr std::uint8_t kFirstWithAppearances = 3;  // ... and tracks from when on they are there
+constexpr int kCompressionLevel = 1;               // measured: higher levels gain under 5 % here
+constexpr double kPositionQuantum = 1.0 / 16384;   // [m]: errors up to 0.031 mm a component
+constexpr double kRotationQuantum = 1.0 / 8192;    // errors up to 0.014 degree
+constexpr double kMeshQuantum = 0x1p-18;           // [m]: a facet of 0.3 mm leans by less than a degree
+constexpr double kHeightQuantum = 0x1p-16;         // [m]: of height fields, 0.015 mm
+constexpr double kAttributeQuantum = 0.01;         // as the keyframe document gives them
+constexpr double kLargestScaled = 0x1p60;          // so that second differences stay within 64 bits
+constexpr Eigen::Index kMostPlain = 16;            // numbers of a State that are not compressed, chosen
 constexpr std::size_t kLargestRecord = std::size_t{1}
                                        << 28;  // bytes when unpacked; chosen far above any animation
 
@@ -273,6 +274,12 @@ Shape get_shape(ByteReader& in, std::uint8_t version) {
   }
 }
 
+Surface get_surface(ByteReader& in) {
+  const auto number = in.get<std::uint8_t>();
+  if (number >= kSurfaces) throw std::out_of_range("an unknown surface");
+  return static_cast<Surface>(number);
+}
+
 // --- The whole ----------------------------------------------------------------------------------
 
 std::string pack(const Animation& animation) {
@@ -284,6 +291,7 @@ std::string pack(const Animation& animation) {
     out.put_text(body.name);
     put_shape(out, body.shape);
     out.put_text(body.colour);
+    out.put(static_cast<std::uint8_t>(body.surface));
     out.put(body.track ? static_cast<std::int32_t>(*body.track) : -1);
     if (!body.track) put_pose(out, body.pose);
   }
@@ -319,6 +327,7 @@ Animation unpack(std::string_view bytes, std::uint8_t version) {
     body.name = in.get_text();
     body.shape = get_shape(in, version);
     body.colour = in.get_text();
+    if (version >= kFirstWithSurfaces) body.surface = get_surface(in);
     const auto track = in.get<std::int32_t>();
     if (track >= 0)
       body.track = static_cast<std::size_t>(track);
@@ -328,7 +337,7 @@ Animation unpack(std::string_view bytes, std::uint8_t version) {
   animation.tracks.resize(get_count(in, 56));
   for (Track& track : animation.tracks) {
     track.rest = get_pose(in);
-    if (version >= kAppearances) track.from = in.get<double>();
+    if (version >= kFirstWithAppearances) track.from = in.get<double>();
     if (!(track.from >= 0 && std::isfinite(track.from))) throw std::out_of_range("a body appears at no time");
     if (animation.frames * 7 > in.remaining()) throw std::out_of_range("too many frames");
     const auto frames = static_cast<Eigen::Index>(animation.frames);

@@ -135,7 +135,7 @@ void grow(int& columns, int& rows, const json& constraints) {
   }
 }
 
-terms::Roster roster_of(const Parameters& model) {
+Roster roster_of(const Parameters& model) {
   return roster(static_cast<std::size_t>(model.integer("balls")));
 }
 
@@ -166,7 +166,7 @@ class SpellingWorld final : public World {
     static const std::vector<TermKind> kinds = make_term_kinds();
     return kinds;
   }
-  terms::Roster roster(const Parameters& model) const override { return roster_of(model); }
+  Roster roster(const Parameters& model) const override { return roster_of(model); }
   std::vector<json> examples() const override {
     return {example("HI", 7, 5), example("ACM", 15, 7), example("HOMEMADE", 40, 7)};
   }

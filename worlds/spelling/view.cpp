@@ -23,17 +23,42 @@ constexpr double kTableMargin = 2;
 constexpr double kPaint = 0.00005;  // by which marks lie above what they mark
 constexpr double kOnWall = 0.0001;  // from a wall at most, where a hit is the wall's
 
-// Glass of about one brightness on dark floors: letters are made out by it, also where a marble is a few
+// Glass of about one brightness on dark floors, a colour for each letter: read also where a marble is a few
 // pixels.
-constexpr std::array kGlass = {"#f0525a", "#4a9cf5", "#3cc585", "#f9b934", "#a878f0", "#2cc6d2"};
+constexpr std::array kGlass = {"#ffb52e", "#59b8ff", "#ff7d86", "#5fd88c", "#c79bff", "#ffe066"};
 
 enum Still { kPartitions, kFloors, kFarWall, kNearWallBody, kLeftWall, kRightWall };
 
-Body box_body(std::string name, std::string colour, const Vector3d& low, const Vector3d& high) {
+Body box_body(std::string name, std::string colour, Surface surface, const Vector3d& low,
+              const Vector3d& high) {
   return {.name = std::move(name),
           .shape = retake::Box{(high - low) / 2},
           .colour = std::move(colour),
+          .surface = surface,
           .pose = {.position = (low + high) / 2}};
+}
+
+/// The colours of what moved, by where it rests: one for each stretch of columns in which something rests,
+/// from the left. Letters have a column free between them, so each has its own.
+std::vector<const char*> colours_of_tracks(const Box& box, std::span<const Track> tracks) {
+  const Rectangle interior = box.interior();
+  const auto column_of = [&](const Track& track) {
+    const double column = (track.rest.position.x() - interior.min_x) / kPitch;
+    return static_cast<std::size_t>(std::clamp(column, 0.0, static_cast<double>(box.columns() - 1)));
+  };
+  std::vector<bool> filled(static_cast<std::size_t>(box.columns()));
+  for (const Track& track : tracks)
+    filled[column_of(track)] = true;
+  std::vector<const char*> colours;
+  std::size_t stretch = 0;
+  for (std::size_t column = 0; column < filled.size(); ++column) {
+    stretch += column > 0 && filled[column - 1] && !filled[column] ? 1 : 0;
+    colours.push_back(kGlass[stretch % kGlass.size()]);
+  }
+  std::vector<const char*> of_tracks;
+  for (const Track& track : tracks)
+    of_tracks.push_back(colours[column_of(track)]);
+  return of_tracks;
 }
 
 /// The triangles of a mesh that `is_chosen` takes, given the places of their corners, moved up by `raised`.
@@ -73,9 +98,9 @@ std::string marble_name(std::size_t marble) {
   return "marble_" + std::to_string(marble + 1);
 }
 
-terms::Roster roster(std::size_t marbles) {
-  terms::Roster roster{.movers = {},
-                       .still = {"partitions", "floors", "wall_far", "wall_near", "wall_left", "wall_right"}};
+Roster roster(std::size_t marbles) {
+  Roster roster{.movers = {},
+                .still = {"partitions", "floors", "wall_far", "wall_near", "wall_left", "wall_right"}};
   for (std::size_t marble = 0; marble < marbles; ++marble)
     roster.movers.push_back({.name = marble_name(marble), .tells_rest = true});
   return roster;
@@ -85,31 +110,39 @@ void write_scene(const Box& box, std::span<const Vector3d> offsets, std::span<co
                  Animation& animation) {
   std::vector<Body>& bodies = animation.bodies;
   bodies.clear();
+  const std::vector<const char*> colours = colours_of_tracks(box, animation.tracks);
   for (std::size_t track = 0; track < marbles.size(); ++track)
     bodies.push_back({.name = marble_name(marbles[track]),
                       .shape = Sphere{kMarbleRadius},
-                      .colour = kGlass[marbles[track] % kGlass.size()],
+                      .colour = colours[track],
+                      .surface = Surface::glass,
                       .track = track});
 
   // What can be hit, in the order of Still.
   const std::vector<Vector3d> places = places_of(box.mesh(), offsets);
   const auto stands = [](const auto&... corners) { return !is_floor(corners...); };
-  bodies.push_back(
-      {.name = "partitions", .shape = part_of(box.mesh(), places, 0, stands), .colour = "#7d6043"});
-  bodies.push_back(
-      {.name = "floors", .shape = part_of(box.mesh(), places, 0, is_floor), .colour = "#40342c"});
+  bodies.push_back({.name = "partitions",
+                    .shape = part_of(box.mesh(), places, 0, stands),
+                    .colour = "#5d4630",
+                    .surface = Surface::plastic});
+  bodies.push_back({.name = "floors",
+                    .shape = part_of(box.mesh(), places, 0, is_floor),
+                    .colour = "#231c19",
+                    .surface = Surface::felt});
   const auto [left, right, far, near] = box.interior();
   const double thick = kWallThickness;
   const char* wood = "#8f6238";
+  bodies.push_back(box_body("wall_far", wood, Surface::wood, {left - thick, kBottom, far - thick},
+                            {right + thick, kBoxDepth, far}));
+  bodies.push_back(box_body("wall_near", wood, Surface::wood, {left - thick, kBottom, near},
+                            {right + thick, kNearWall, near + thick}));
   bodies.push_back(
-      box_body("wall_far", wood, {left - thick, kBottom, far - thick}, {right + thick, kBoxDepth, far}));
+      box_body("wall_left", wood, Surface::wood, {left - thick, kBottom, far}, {left, kBoxDepth, near}));
   bodies.push_back(
-      box_body("wall_near", wood, {left - thick, kBottom, near}, {right + thick, kNearWall, near + thick}));
-  bodies.push_back(box_body("wall_left", wood, {left - thick, kBottom, far}, {left, kBoxDepth, near}));
-  bodies.push_back(box_body("wall_right", wood, {right, kBottom, far}, {right + thick, kBoxDepth, near}));
+      box_body("wall_right", wood, Surface::wood, {right, kBottom, far}, {right + thick, kBoxDepth, near}));
 
   // What only the eye needs.
-  bodies.push_back(box_body("table", "#3f6469",
+  bodies.push_back(box_body("table", "#55656a", Surface::plaster,
                             {left - kTableMargin, kBottom - kTableThickness, far - kTableMargin},
                             {right + kTableMargin, kBottom, near + kTableMargin}));
 }
@@ -132,7 +165,8 @@ Body designated_floors(const Box& box, const BinPattern& pattern) {
   };
   return {.name = "target",
           .shape = part_of(box.mesh(), places_of(box.mesh(), unmoved), kPaint, is_designated),
-          .colour = "#6d4a3c"};
+          .colour = "#7a5a44",
+          .surface = Surface::marking};
 }
 
 Viewpoint box_viewpoint(const Animation& animation) {

@@ -7,16 +7,16 @@
 #include <string>
 
 #include "worlds/animation.h"
+#include "worlds/roster.h"
 #include "worlds/spelling/box.h"
 #include "worlds/spelling/letters.h"
-#include "worlds/terms/roster.h"
 #include "worlds/world.h"
 
 namespace retake::spelling {
 
 /// What a constraint can name: so many marbles, each of which tells when it comes to rest, and what they can
 /// hit.
-terms::Roster roster(std::size_t marbles);
+Roster roster(std::size_t marbles);
 
 /// Of the marble with an index from 0 on; names count from 1.
 std::string marble_name(std::size_t marble);

@@ -74,7 +74,10 @@ class Inside final : public Term {
   /// The box's edges, where it is no larger than a scene.
   std::vector<Body> markers(const Animation&) const override {
     if ((stay_.high - stay_.low).maxCoeff() > kLargestMark) return {};
-    return {Body{.name = "target", .shape = edges(stay_.low, stay_.high), .colour = "#2f9e5b"}};
+    return {Body{.name = "target",
+                 .shape = edges(stay_.low, stay_.high),
+                 .colour = "#2f9e5b",
+                 .surface = Surface::marking}};
   }
 
  private:

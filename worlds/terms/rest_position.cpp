@@ -77,7 +77,7 @@ double RestPosition::upper_bound(const Animation& so_far) const {
 }
 
 std::vector<Body> RestPosition::markers(const Animation& shown) const {
-  Body mark{.name = "target", .shape = {}, .colour = "#2f9e5b"};
+  Body mark{.name = "target", .shape = {}, .colour = "#2f9e5b", .surface = Surface::marking};
   if (flat_) {
     mark.shape = Box{{place_.tolerance, mark_height_, *flat_}};
     mark.pose.position = {place_.x, mark_height_, 0};

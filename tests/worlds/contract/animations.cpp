@@ -10,8 +10,8 @@
 namespace retake::tests::clauses {
 namespace {
 
-const terms::Roster::Mover* mover_of(const terms::Roster& roster, const Track& track) {
-  for (const terms::Roster::Mover& mover : roster.movers)
+const Roster::Mover* mover_of(const Roster& roster, const Track& track) {
+  for (const Roster::Mover& mover : roster.movers)
     if (mover.name == track.name) return &mover;
   return nullptr;
 }
@@ -21,6 +21,7 @@ void check_body(const Body& body, std::size_t track_count, Faults& faults) {
   faults.expect(body.colour.size() == 7 && body.colour[0] == '#' &&
                     body.colour.find_first_not_of("0123456789abcdef", 1) == std::string::npos,
                 body.name, ": no colour: ", body.colour);
+  faults.expect(body.surface != Surface::plain, body.name, " does not tell its surface");
   faults.expect(!body.track || *body.track < track_count, body.name, ": follows no track");
   faults.expect(
       body.track || (std::abs(body.pose.rotation.norm() - 1) < 1e-9 && body.pose.position.allFinite()),
@@ -86,7 +87,7 @@ void check_names(const OpenScenario& open, Faults& faults) {
                    [](const TermKind& kind) { return kind.kind == "contact_at"; }))
     return;
   std::vector<std::string> names = open.roster.still;
-  for (const terms::Roster::Mover& mover : open.roster.movers)
+  for (const Roster::Mover& mover : open.roster.movers)
     names.push_back(mover.name);
   faults.expect(std::set<std::string>(names.begin(), names.end()).size() == names.size(),
                 "two bodies of one name");
@@ -136,7 +137,7 @@ void names_bodies(const World& world, int draws, Faults& faults) {
 void sets_rests(const World& world, int draws, Faults& faults) {
   for (const OpenScenario& open : open_examples(world)) {
     std::set<std::string> fell, promised_to_fall;
-    for (const terms::Roster::Mover& mover : open.roster.movers)
+    for (const Roster::Mover& mover : open.roster.movers)
       if (mover.tells_fall) promised_to_fall.insert(mover.name);
     for (const State& state : draw_states(open.model(), 362, draws)) {
       for (const bool frames : {true, false}) {

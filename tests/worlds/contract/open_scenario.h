@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/worlds/fixture.h"
-#include "worlds/terms/roster.h"
+#include "worlds/roster.h"
 
 namespace retake::tests {
 
@@ -19,7 +19,7 @@ struct OpenScenario {
   std::shared_ptr<const Scenario> scenario;
   std::shared_ptr<const Scene> scene;
   Terms terms;
-  terms::Roster roster;
+  Roster roster;
 
   const World& world() const { return scenario->world(); }
   const Model& model() const { return scenario->model(); }

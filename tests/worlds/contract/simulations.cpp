@@ -18,13 +18,13 @@ bool is_value_of_kind(const Measure& measure, double value) {
 }
 
 /// Whether a simulation without frames knows where a track rests.
-bool knows_rest(const terms::Roster& roster, const Track& track) {
+bool knows_rest(const Roster& roster, const Track& track) {
   return std::any_of(roster.movers.begin(), roster.movers.end(), [&](const auto& mover) {
     return mover.name == track.name && (mover.tells_rest || (mover.tells_fall && !track.fell));
   });
 }
 
-bool has_faces(const terms::Roster& roster, const Track& track) {
+bool has_faces(const Roster& roster, const Track& track) {
   return std::any_of(roster.movers.begin(), roster.movers.end(),
                      [&](const auto& mover) { return mover.name == track.name && !mover.faces.empty(); });
 }

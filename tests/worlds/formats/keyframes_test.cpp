@@ -96,6 +96,24 @@ TEST(Keyframes, SayWhereToLookIfTheWorldDoes) {
   EXPECT_EQ(keyframes_json(ball_animation(), head, 7).at("view"), view) << "at any rate";
 }
 
+TEST(Keyframes, TellTheSurfaceOfEveryBody) {
+  Animation animation = ball_animation();
+  std::vector<std::string> told;
+  for (std::size_t number = 0; number < kSurfaces; ++number)
+    animation.bodies.push_back({.name = "tile " + std::to_string(number),
+                                .shape = Box{{1, 1, 1}},
+                                .colour = "#123456",
+                                .surface = static_cast<Surface>(number)});
+  const json document = keyframes_json(animation, kHead);
+  EXPECT_EQ(document["bodies"][0]["surface"], "rubber") << "the ball's";
+  for (const json& body : document["bodies"])
+    told.push_back(body.at("surface"));
+  EXPECT_EQ(std::vector<std::string>(told.end() - kSurfaces, told.end()),
+            (std::vector<std::string>{"plain", "wood", "boards", "varnished", "felt", "cloth", "plastic",
+                                      "polished", "glass", "metal", "rubber", "stone", "plaster", "marking",
+                                      "lamp", "shade"}));
+}
+
 TEST(Keyframes, ShowAHeightFieldAsAMeshWithWhatItIsLike) {
   Animation animation = ball_animation();
   animation.bodies.push_back(

@@ -2,6 +2,7 @@
 #include "worlds/formats/recorded.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -82,7 +83,10 @@ Animation draw_animation(std::uint64_t seed, std::size_t frames, bool smooth) {
                                      bumps(random),
                                      HeightField{}};
   for (std::size_t i = 0; i < shapes.size(); ++i) {
-    Body body{.name = "body " + std::to_string(i), .shape = shapes[i], .colour = "#a0b1c2"};
+    Body body{.name = "body " + std::to_string(i),
+              .shape = shapes[i],
+              .colour = "#a0b1c2",
+              .surface = static_cast<Surface>((seed + i) % kSurfaces)};
     if (i % 2 == 0) {
       body.track = animation.tracks.size();
       animation.tracks.push_back(draw_track(random, static_cast<Eigen::Index>(frames), smooth));
@@ -151,6 +155,7 @@ void expect_round_trip(const Animation& original) {
     const Body &left = original.bodies[i], &right = decoded.bodies[i];
     EXPECT_EQ(left.name, right.name);
     EXPECT_EQ(left.colour, right.colour);
+    EXPECT_EQ(left.surface, right.surface);
     EXPECT_EQ(left.track, right.track);
     expect_same_shape(left.shape, right.shape);
     if (!left.track) {
@@ -322,40 +327,67 @@ TEST(AnimationCodec, RecordsOfTheFirstVersionAreRead) {
   ASSERT_EQ(decoded.bodies.size(), 1u);
   expect_same_shape(Mesh{{0, 0, 0, 1.25, 0, 0, 0, 0.5, -0.75}, {0, 2, 1}}, decoded.bodies[0].shape);
   EXPECT_EQ(decoded.bodies[0].pose.position.y(), 0.5);
+  EXPECT_EQ(decoded.bodies[0].surface, Surface::plain) << "it did not tell";
   EXPECT_THROW(decode_animation(seal(out.bytes(), '\x04')), DamagedAnimation);
 }
 
-/// A ball on a track, without frames; as version 2 wrote it where it does not say from when on it is there.
-std::string packed_ball(std::optional<double> from) {
+/// A ball without frames, on a track if it appears somewhen, as versions wrote it: the third one tells a
+/// surface and, of a track, from when on it is there.
+std::string packed_ball(std::optional<std::uint8_t> surface, bool moves, std::optional<double> from) {
   ByteWriter out;
   out.put(60.0);
   out.put(std::uint32_t{0});
   out.put(std::uint32_t{1});
   out.put_text("ball");
   out.put(std::uint8_t{0});
-  out.put(0.1);
+  out.put(0.25);
   out.put_text("#a0b1c2");
-  out.put(std::int32_t{0});
-  out.put(std::uint32_t{1});
+  if (surface) out.put(*surface);
+  out.put(std::int32_t{moves ? 0 : -1});
+  if (moves) out.put(std::uint32_t{1});
   for (const double value : {0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0})
     out.put(value);
   if (from) out.put(*from);
+  if (!moves) out.put(std::uint32_t{0});
   out.put(std::uint32_t{0});
   return out.take();
 }
 
+TEST(AnimationCodec, RecordsOfTheSecondVersionAreReadAndTellNoSurface) {
+  const Animation decoded = decode_animation(seal(packed_ball(std::nullopt, false, std::nullopt), '\x02'));
+  ASSERT_EQ(decoded.bodies.size(), 1u);
+  expect_same_shape(Sphere{0.25}, decoded.bodies[0].shape);
+  EXPECT_EQ(decoded.bodies[0].surface, Surface::plain);
+  EXPECT_EQ(decoded.bodies[0].pose.position.y(), 0.5);
+}
+
 TEST(AnimationCodec, BodiesOfTheSecondVersionAreThereFromTheStart) {
-  const Animation decoded = decode_animation(seal(packed_ball(std::nullopt), '\x02'));
+  const Animation decoded = decode_animation(seal(packed_ball(std::nullopt, true, std::nullopt), '\x02'));
   ASSERT_EQ(decoded.tracks.size(), 1u);
   EXPECT_EQ(decoded.tracks[0].from, 0);
   EXPECT_EQ(decoded.tracks[0].rest.position.y(), 0.5);
-  EXPECT_THROW(decode_animation(seal(packed_ball(1), '\x02')), DamagedAnimation);
+  EXPECT_THROW(decode_animation(seal(packed_ball(0, true, 1), '\x02')), DamagedAnimation);
 }
 
 TEST(AnimationCodec, ABodyThatAppearsAtNoTimeIsDamage) {
-  EXPECT_EQ(decode_animation(seal(packed_ball(1.25))).tracks.at(0).from, 1.25);
+  EXPECT_EQ(decode_animation(seal(packed_ball(0, true, 1.25))).tracks.at(0).from, 1.25);
   for (const double from : {-0.5, INFINITY, std::nan("")})
-    EXPECT_THROW(decode_animation(seal(packed_ball(from))), DamagedAnimation) << from;
+    EXPECT_THROW(decode_animation(seal(packed_ball(0, true, from))), DamagedAnimation) << from;
+}
+
+TEST(AnimationCodec, ASurfaceKeepsItsNumberForGoodAndOthersAreRefused) {
+  constexpr std::array kNumbers = {Surface::plain,   Surface::wood,    Surface::boards,  Surface::varnished,
+                                   Surface::felt,    Surface::cloth,   Surface::plastic, Surface::polished,
+                                   Surface::glass,   Surface::metal,   Surface::rubber,  Surface::stone,
+                                   Surface::plaster, Surface::marking, Surface::lamp,    Surface::shade};
+  ASSERT_EQ(kNumbers.size(), kSurfaces);
+  const auto decoded = [](std::uint8_t number) {
+    return decode_animation(seal(packed_ball(number, false, std::nullopt)));
+  };
+  for (std::uint8_t number = 0; number < kSurfaces; ++number)
+    EXPECT_EQ(decoded(number).bodies.at(0).surface, kNumbers[number]);
+  EXPECT_THROW(decoded(static_cast<std::uint8_t>(kSurfaces)), DamagedAnimation);
+  EXPECT_THROW(decoded(255), DamagedAnimation);
 }
 
 TEST(AnimationCodec, FuzzBehindAFittingChecksumIsReadOrRefusedButNeverCrashes) {
