@@ -1,5 +1,5 @@
 // open_store: the one place that knows which databases there are.
-// doc/design.md, sections 5 and 7.
+// doc/design.md, section 5.
 #pragma once
 
 #include <memory>

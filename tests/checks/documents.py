@@ -173,6 +173,19 @@ for kind, status in sorted(raised - documented):
 for kind, status in sorted(documented - raised):
     faults.append(f"doc/api.md: the problem {kind} ({status}) is documented, but nowhere raised")
 
+# --- Routes that are mentioned ------------------------------------------------------------------
+
+routes = {}  # path without the names of its parts -> methods
+for method, path in re.findall(r"^### (GET|POST|PUT|PATCH|DELETE) (/\S*)$", contract, re.M):
+    routes.setdefault(re.sub(r"\{\w+\}", "{}", path), set()).add(method)
+for name, page in pages.items():
+    for match in re.finditer(r"`(?:([A-Z]+) )?((?:/v1)?/[\w/{}-]*)(?:\?[^`]*)?`", without_blocks(page)):
+        method, path = match[1], re.sub(r"\{\w+\}", "{}", match[2])
+        if (method and path not in routes) or (not method and path.startswith("/v1/") and path not in routes):
+            fault(name, match.start(), f"there is no route {match[2]}")
+        elif method and method not in routes[path]:
+            fault(name, match.start(), f"{match[2]} does not know {method}")
+
 # --- Counts -------------------------------------------------------------------------------------
 
 if program:

@@ -230,7 +230,7 @@ TEST_F(ApiDocumented, Every_answer_is_documented_and_every_documented_key_is_ans
         json{{"method", "metropolis"}, {"seed", 1}, {"stop", {{"ess", 8}}}}})
     for (const std::string& id : daemon.add_chains(wish, request))
       EXPECT_EQ(daemon.wait_for_end(id)["state"], "finished");
-  for (const char* world : {"bowling", "dice"}) {
+  for (const char* world : {"bowling", "dice", "spelling"}) {
     const std::string id = daemon.add_stocked_scenario({{"world", world}, {"constraints", json::array()}}, 1);
     const std::string first = daemon.samples(id).at(0)["id"];
     EXPECT_EQ(differences(daemon.get("/v1/samples/" + first + "/keyframes").json(), "Keyframes"), "");
