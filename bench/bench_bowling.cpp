@@ -10,6 +10,7 @@
 
 #include "bench/figure.h"
 #include "bench/naive_bowling.h"
+#include "sampler/chain.h"
 #include "sampler/check.h"
 #include "worlds/formats/recorded.h"
 #include "worlds/scenario.h"

@@ -10,6 +10,7 @@
 
 #include "bench/figure.h"
 #include "db/open_store.h"
+#include "sampler/chain.h"
 #include "server/api/api.h"
 #include "server/chains/identifiers.h"
 #include "server/chains/runner.h"

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bench/figure.h"
+#include "sampler/chain.h"
 #include "sampler/spread.h"
 #include "worlds/scenario.h"
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench/figure.h"
+#include "sampler/chain.h"
 #include "sampler/diagnostics.h"
 #include "worlds/scenario.h"
 

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sampler/chain.h"
 #include "sampler/diagnostics.h"
 #include "tests/sampler/statistics.h"
 #include "tests/worlds/fixture.h"

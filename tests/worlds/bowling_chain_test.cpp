@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sampler/chain.h"
 #include "tests/worlds/bowling_fixture.h"
 
 namespace retake::tests {

@@ -2,6 +2,7 @@
 // look like plain ones.
 #include <gtest/gtest.h>
 
+#include "sampler/chain.h"
 #include "tests/worlds/bowling_fixture.h"
 
 namespace retake::tests {

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sampler/chain.h"
 #include "tests/worlds/dice_fixture.h"
 #include "worlds/dice/proposals.h"
 #include "worlds/dice/throw.h"

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sampler/chain.h"
 #include "tests/worlds/contract/contract.h"
 #include "tests/worlds/contract/open_scenario.h"
 #include "tests/worlds/faulty_world.h"

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "sampler/chain.h"
 #include "tests/sampler/statistics.h"
 #include "tests/worlds/contract/contract.h"
 #include "tests/worlds/contract/open_scenario.h"
