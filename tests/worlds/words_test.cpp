@@ -28,13 +28,12 @@ TEST(Words, ListsAndNamesRead) {
   EXPECT_EQ(body_in_words("left_gutter"), "the left gutter");
 }
 
-/// The clauses of wishes as they stand in a document, with every default filled in.
-std::vector<std::string> said(const char* world, const json& model, const json& constraints) {
-  return wishes_of(
-      Scenario::read({{"world", world}, {"model", model}, {"constraints", constraints}})->document());
-}
+/// The clause of a wish as it stands in a document, with every default filled in.
 std::string said(const char* world, const json& model, std::string_view constraint) {
-  return said(world, model, json::array({json::parse(constraint)})).at(0);
+  const json constraints = json::array({json::parse(constraint)});
+  return wishes_of(
+             Scenario::read({{"world", world}, {"model", model}, {"constraints", constraints}})->document())
+      .at(0);
 }
 
 TEST(Wishes, ThePlaceAndTheStateOfABodyAreSaid) {
