@@ -87,7 +87,7 @@ export class FirstScreen {
     if (!hero) this.reel.say(isReady() ? none : "");
     say(this.sentence, hero ? `${hero.title || "Untitled"}: ${wish(hero).replace(/^./, (letter) => letter.toLowerCase())}` : isReady() ? none : "");
     const rare = hero && rarityOf(hero, triesOf(worldOf(hero.world)));
-    say(this.rarity, rare ? `${rare.odds} by chance; here every one of them, and each is another.` : "");
+    say(this.rarity, rare ? `By chance ${rare.odds.replace(/^./, (letter) => letter.toLowerCase())}; here every one, and no two alike.` : "");
     this.all.hidden = !hero;
     say(this.all, hero ? `All ${count(hero.samples)} animations` : "");
   }
