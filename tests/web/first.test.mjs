@@ -346,7 +346,7 @@ test("whatever nonsense a parameter holds, the page says so and works", async ()
       await page.locator(dialog).waitFor({ state: "hidden" });
     }
     await page.locator(".scenario-link", { hasText: "A strike" }).click();
-    await arrived(page, { scenario: bowled, together: null, sample: null });
+    await arrived(page, { scenario: bowled, together: null, sample: null }).catch(() => assert.fail(`after ${name}: ${page.url()}`));
     await page.locator("#scenario h1", { hasText: "A strike" }).waitFor();
   }
   assert.deepEqual(faults, []);
