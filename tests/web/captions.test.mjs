@@ -59,6 +59,8 @@ test("one that is alone goes a way, and turns if one can see it", () => {
   assert.deepEqual(said([{ name: "ball", type: "sphere", to: [6, 0, 0], first: 30 }]), ["goes 3 m"], "before it is there it goes nowhere");
 });
 
+/** A caption with the spaces that do not break a line as any others. */
+const plain = ({ gist, more }) => ({ gist: gist.replaceAll("\u00a0", " "), more: more.replaceAll("\u00a0", " ") });
 const meaning = (name, unit = "", kind = "number") => ({ name, kind, unit, summary: "" });
 const samples = (...all) => all.map((measures, at) => ({ id: `s${at}`, duration: 2 + at, measures }));
 /** The captions of samples that have these measures. */
@@ -73,36 +75,41 @@ test("measures that all have in common are not said, of the others those that di
   const told = captions([meaning("hits"), meaning("entry_speed", "m/s"), meaning("entry_offset", "m"), meaning("ended", "", "flag"), meaning("angle", "rad")],
     { hits: 4, entry_speed: 7.9, entry_offset: -0.03, ended: true, angle: 0.1 },
     { hits: 4, entry_speed: 8.1, entry_offset: 0.02, ended: true, angle: 0.05 });
-  assert.deepEqual(told.of("s0"), { gist: "entry offset -3 cm · angle 5.73°", more: "" });
-  assert.deepEqual(told.of("s1"), { gist: "entry offset 2 cm · angle 2.86°", more: "" });
+  assert.deepEqual(plain(told.of("s0")), { gist: "entry offset -3 cm · angle 5.7°", more: "" });
+  assert.deepEqual(plain(told.of("s1")), { gist: "entry offset 2 cm · angle 2.9°", more: "" });
 });
 
 test("what differs by less than is read, a time that is the duration, and what is too long is not said", () => {
   const told = captions([meaning("weight", "kg"), meaning("end", "s"), meaning("places", "", "list"), meaning("miss", "m"), meaning("miss_2", "m")],
     { weight: 1.00001, end: 2, places: [11, 12, 13, 14, 15, 16], miss: 0.001, miss_2: 0.001 },
     { weight: 1.00002, end: 3, places: [16, 15, 14, 13, 12, 11], miss: 0.004, miss_2: 0.009 });
-  assert.equal(told.of("s1").gist, "miss 4 mm");
+  assert.equal(plain(told.of("s1")).gist, "miss 4 mm");
+});
+
+test("values are read to one place, which the largest decides, and stay on one line", () => {
+  const told = captions([meaning("turn_angle", "rad"), meaning("off", "m"), meaning("hits")], { turn_angle: 0.0994, off: 0.0463, hits: 1234 }, { turn_angle: 0.0009, off: 0.0104, hits: 1234 }, { turn_angle: -0.05, off: 0.00442, hits: 1234 });
+  assert.deepEqual(["s0", "s1", "s2"].map((id) => told.of(id).gist), ["turn\u00a0angle\u00a05.7° · off\u00a04.6\u00a0cm", "turn\u00a0angle\u00a00.1° · off\u00a01\u00a0cm", "turn\u00a0angle\u00a0-2.9° · off\u00a04.4\u00a0mm"]);
 });
 
 test("of what is so or not only that it is so is said; a set that is short is said", () => {
   const told = captions([meaning("met_another", "", "flag"), meaning("left", "", "set")], { met_another: true, left: [] }, { met_another: false, left: [7, 10] });
-  assert.equal(told.of("s0").gist, "met another · left none");
-  assert.equal(told.of("s1").gist, "left 7, 10");
+  assert.equal(plain(told.of("s0")).gist, "met another · left none");
+  assert.equal(plain(told.of("s1")).gist, "left 7, 10");
 });
 
 test("one animation alone says its first measures", () => {
-  assert.equal(captions([meaning("ok", "", "flag"), meaning("x", "m"), meaning("y", "m"), meaning("z", "m")], { ok: true, x: 1, y: 2, z: 3 }).of("s0").gist, "x 1 m · y 2 m");
+  assert.equal(captions([meaning("ok", "", "flag"), meaning("x", "m"), meaning("y", "m"), meaning("z", "m")], { ok: true, x: 1, y: 2, z: 3 }).of("s0").gist.replaceAll("\u00a0", " "), "x 1 m · y 2 m");
 });
 
 test("what happens comes first, as soon as it differs, and of one kind in all captions", () => {
   const told = captions([meaning("x", "m")], { x: 1 }, { x: 2 }, { x: 3 });
   const happens = (id, turn, way) => told.witness(id, [{ kind: "turn", words: turn }, { kind: "way", words: way }]);
   happens("s0", "turns twice", "goes 1 m");
-  assert.deepEqual(told.of("s0"), { gist: "x 1 m", more: "" });
+  assert.deepEqual(plain(told.of("s0")), { gist: "x 1 m", more: "" });
   happens("s1", "turns twice", "goes 2 m");
-  assert.deepEqual(told.of("s0"), { gist: "goes 1 m", more: "x 1 m" });
+  assert.deepEqual(plain(told.of("s0")), { gist: "goes 1 m", more: "x 1 m" });
   happens("s2", "turns once", "goes 2 m");
-  assert.deepEqual([told.of("s0").gist, told.of("s2").gist], ["turns twice", "turns once"]);
+  assert.deepEqual([plain(told.of("s0")).gist, plain(told.of("s2")).gist], ["turns twice", "turns once"]);
 });
 
 test("who listens is told once for many changes", async () => {

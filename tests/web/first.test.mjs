@@ -31,6 +31,14 @@ async function idle(of, id) {
 }
 
 const listed = async (order = "newest") => (await api(program, `/v1/scenarios/${many}/samples?limit=500&order=${order}`)).samples.map(({ id }) => id);
+/** Keeps every notice of the page, so that one that has gone again is heard too. */
+const listen = (page) => page.addInitScript(() => {
+  window.heard = [];
+  new MutationObserver((records) => {
+    for (const { addedNodes } of records) for (const node of addedNodes) if (node.matches?.(".notice") && node.checkVisibility()) window.heard.push(node.textContent);
+  }).observe(document, { childList: true, subtree: true });
+});
+const hears = (page, text) => page.waitForFunction((wanted) => window.heard.some((said) => said.includes(wanted)), text);
 const isHidden = (page) => page.locator(".player").waitFor({ state: "hidden" });
 const frame = (page) => page.evaluate(() => document.querySelector("canvas.stage").toDataURL());
 
@@ -289,22 +297,23 @@ test("after a deep link Esc leads to the gallery, one thing at a time, and not o
 
 test("a sample alone in the address finds its gallery, one of another scenario leads there, and one that is gone is said", async () => {
   const { page, faults, close } = await newPage(browser, STILL, /\b404\b/);
+  await listen(page);
   const [first] = await listed();
   await page.goto(`${program.address}?sample=${first}`);
   await arrived(page, { scenario: many, sample: first });
   await page.locator(".player .picture.drawn").waitFor();
-  assert.equal(await page.locator(".notice").count(), 0);
+  assert.deepEqual(await page.evaluate(() => window.heard), []);
   await page.keyboard.press("Escape");
   await isHidden(page);
   await drawnTiles(page);
 
   await page.goto(`${program.address}?scenario=${bowled}&sample=${first}`);
   await arrived(page, { scenario: many, sample: first });
-  await page.locator(".notice", { hasText: "another scenario" }).waitFor();
+  await hears(page, "belongs to another scenario");
   await page.waitForFunction(() => !document.querySelector(".player-head button:nth-of-type(2)").disabled);
 
   await page.goto(`${program.address}?scenario=${bowled}&sample=nope`);
-  await page.locator(".notice", { hasText: "There is no animation “nope”" }).waitFor();
+  await hears(page, "There is no animation “nope”");
   await isHidden(page);
   await arrived(page, { scenario: bowled, sample: null });
   await drawnTiles(page, 3);
@@ -314,31 +323,30 @@ test("a sample alone in the address finds its gallery, one of another scenario l
 
 test("whatever nonsense a parameter holds, the page says so and works", async () => {
   const { page, faults, close } = await newPage(browser, STILL, /\b404\b/);
-  const names = await (async () => {
-    await page.goto(program.address);
-    return page.evaluate(async () => Object.keys((await import("/app/url_state.js")).place()));
-  })();
+  await listen(page);
+  await page.goto(program.address);
+  const names = await page.evaluate(async () => Object.keys((await import("/app/url_state.js")).place()));
   const [sample] = await listed();
-  /** What makes the parameter matter at all. */
-  const beside = { chain: { tab: "chains" }, quantity: { tab: "chains" }, quantities: { tab: "chains" }, start: { tab: "chains" }, t: { sample }, speed: { sample }, loop: { sample }, path: { sample }, camera: { sample }, takes: { together: many, scenario: "" } };
-  const silent = { color: "of the ground alone; in the tests of dice" };
+  /** What makes a parameter matter at all. */
+  const beside = { chain: { tab: "chains" }, quantity: { tab: "chains" }, quantities: { tab: "chains" }, start: { tab: "chains" }, t: { sample }, speed: { sample }, loop: { sample }, path: { sample }, camera: { sample }, takes: { scenario: "", together: many } };
+  /** Where it is said that is no notice. */
+  const places = { scenario: "#scenario .empty", together: ".together .shot-note" };
   const junk = { t: "-1", camera: "1,2,x,4,5,6" };
-  for (const name of names.filter((each) => !silent[each])) {
-    const search = new URLSearchParams({ scenario: many, ...beside[name], [name]: junk[name] ?? "nope" });
-    await page.goto(`${program.address}?${search}`);
-    const said = page.locator(".notice, #scenario .empty, .together .shot-note").filter({ hasText: /nope|means nothing|not here/i });
-    await said.first().waitFor().catch((error) => assert.fail(`${name}: ${error.message}`));
-    if (!["scenario", "together"].includes(name)) {
-      await page.waitForFunction(([key, value]) => new URLSearchParams(location.search).get(key) !== value, [name, junk[name] ?? "nope"]);
-    }
-    if (name === "create") await page.keyboard.press("Escape");
-    if (search.get("sample") === sample) {
-      await page.locator(".player .picture.drawn").waitFor();
+  // The ground's colours are in the tests of dice.
+  for (const name of names.filter((each) => each !== "color")) {
+    const value = junk[name] ?? "nope";
+    await page.goto(`${program.address}?${new URLSearchParams({ scenario: many, ...beside[name], [name]: value })}`);
+    if (places[name]) await page.locator(places[name], { hasText: "not here" }).waitFor();
+    else await page.waitForFunction(() => window.heard.length).catch(() => assert.fail(`nothing is said of ${name}`));
+    assert.ok(places[name] || (await page.evaluate(() => window.heard.join())).includes(value), `what is said of ${name}`);
+    await page.waitForFunction(([key, was]) => new URLSearchParams(location.search).get(key) !== was, [name, places[name] ? "" : value]);
+    for (const dialog of ["#create", ".player"]) {
+      if (!(await page.locator(dialog).isVisible())) continue;
       await page.keyboard.press("Escape");
-      await isHidden(page);
+      await page.locator(dialog).waitFor({ state: "hidden" });
     }
     await page.locator(".scenario-link", { hasText: "A strike" }).click();
-    await arrived(page, { scenario: bowled, [name === "scenario" ? "sample" : name]: null });
+    await arrived(page, { scenario: bowled, together: null, sample: null }).catch(() => assert.fail(`after ${name}: ${page.url()}`));
     await page.locator("#scenario h1", { hasText: "A strike" }).waitFor();
   }
   assert.deepEqual(faults, []);

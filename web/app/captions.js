@@ -54,7 +54,7 @@ export class Captions {
     this.#chosen ??= { kind: this.#tellingKind(), measures: this.#tellingMeasures() };
     const { kind, measures } = this.#chosen;
     const story = this.#stories.get(id)?.find((happening) => happening.kind === kind)?.words ?? "";
-    const told = measures.map(({ name, ...meaning }, at) => says(sample.measures?.[name], name, meaning, measures[at - 1]?.name)).filter(Boolean);
+    const told = measures.map(({ name, read }, at) => says(sample.measures?.[name], name, read, measures[at - 1]?.name)).filter(Boolean);
     const all = [story, ...told].filter(Boolean);
     return story ? { gist: story, more: told.join(" · ") } : { gist: all.join(" · "), more: "" };
   }
@@ -83,35 +83,53 @@ export class Captions {
     const isDuration = ({ name, unit }) => unit === "s" && samples.every((sample) => Math.abs(sample.measures?.[name] - sample.duration) < SAME * sample.duration);
     const usable = meanings.filter((meaning) => !isAgain(meaning) && !isDuration(meaning));
     // One alone is like no other: it says what comes first.
-    if (samples.length < 2) return usable.filter(({ name }) => typeof samples[0]?.measures?.[name] === "number").slice(0, MOST);
-    return usable
-      .map((meaning) => ({ meaning, spread: spreadOf(samples.map(({ measures }) => measures?.[meaning.name]), meaning.unit) }))
+    const read = usable.map(({ name, unit }, at) => {
+      const values = samples.map(({ measures }) => measures?.[name]);
+      return { name, at, values, read: readerOf(values, unit) };
+    });
+    if (samples.length < 2) return read.filter(({ values: [value] }) => typeof value === "number").slice(0, MOST);
+    return read
+      .map((measure) => ({ ...measure, spread: spreadOf(measure) }))
       .filter(({ spread }) => spread > 0)
       .sort((one, other) => other.spread - one.spread)
       .slice(0, MOST)
-      .map(({ meaning }) => meaning)
-      .sort((one, other) => meanings.indexOf(one) - meanings.indexOf(other));
+      .sort((one, other) => one.at - other.at);
   }
 }
 
+/** How the values of a measure are read: all to the place to which the largest has two digits.
+ * @param {import("./types.js").Measure[]} values @param {string} unit @returns {(value: import("./types.js").Measure) => string} */
+function readerOf(values, unit) {
+  const parts = (text) => text.match(/^(-?[\d.]+)(.*)$/)?.slice(1) ?? ["", ""];
+  const largest = Math.max(...values.map((value) => (typeof value === "number" ? Math.abs(value) : 0)));
+  const [digits, name] = parts(quantity(largest, unit, 2));
+  const places = digits.split(".")[1]?.length ?? 0;
+  return (value) => {
+    if (typeof value !== "number") return quantity(value, unit, 2);
+    const [number, its] = parts(quantity(value, unit, 6));
+    // A smaller unit has places of its own.
+    return its === name && !Number.isInteger(value) ? `${Number(Number(number).toFixed(places))}${its}` : quantity(value, unit, Number.isInteger(value) ? 6 : 2);
+  };
+}
+
 /** How much values differ, from 0 (not as they are read) to 2: their range in parts of the largest.
- * @param {import("./types.js").Measure[]} values @param {string} unit */
-function spreadOf(values, unit) {
-  const read = values.map((value) => quantity(value, unit, 3));
-  if (new Set(read).size < 2 || read.some((text) => text.length > LONGEST)) return 0;
+ * @param {{values: import("./types.js").Measure[], read: (value: import("./types.js").Measure) => string}} measure */
+function spreadOf({ values, read }) {
+  const texts = values.map(read);
+  if (new Set(texts).size < 2 || texts.some((text) => text.length > LONGEST)) return 0;
   const numbers = values.filter((value) => typeof value === "number");
   if (numbers.length < values.length) return 1;
   const [low, high] = [Math.min(...numbers), Math.max(...numbers)];
   return (high - low) / Math.max(Math.abs(low), Math.abs(high));
 }
 
-/** A measure in words. A word that a name begins with like the one before it is not said again; of what is so or not,
- * only that it is so. */
-function says(value, name, { unit }, before) {
+/** A measure in words, on one line. A word that a name begins with like the one before it is not said again; of what is
+ * so or not, only that it is so. */
+function says(value, name, read, before) {
   if (value === null || value === undefined || value === false) return "";
   const [first, ...rest] = name.split("_");
   const words = rest.length && before?.split("_")[0] === first ? rest.join(" ") : spaced(name);
-  return value === true ? words : `${words} ${quantity(value, unit, 3)}`;
+  return (value === true ? words : `${words} ${read(value)}`).replaceAll(" ", "\u00a0");
 }
 
 /** @type {Map<string, Captions>} by scenario, the one asked for last at the end */

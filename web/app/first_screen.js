@@ -17,15 +17,17 @@ const IN_HERO = 8; // animations that it shows in turn
 const IN_CARD = 3;
 const COURTESY = 2500; // [ms] for which the first world is waited for, though others have an animation already
 
-/** A link to a place of the page. @param {Partial<import("./url_state.js").Place>} to */
-function lead(link, to) {
-  link.href = address({ ...ELSEWHERE, ...to });
-  link.to = to;
-}
-const newLink = (kind, ...children) => {
-  const link = h(kind, { onclick: onPlainClick(() => go({ ...ELSEWHERE, ...link.to })) }, ...children);
+/** A link whose place is told by `lead`. @param {string} tag @param {...Node} children */
+function newLink(tag, ...children) {
+  const link = h(tag, { onclick: onPlainClick(() => go(link.to)) }, ...children);
   return link;
-};
+}
+
+/** @param {HTMLAnchorElement} link @param {Partial<import("./url_state.js").Place>} to */
+function lead(link, to) {
+  link.to = { ...ELSEWHERE, tab: "animations", ...to };
+  link.href = address(link.to);
+}
 
 /** The scenarios of a world, its examples before all others, in the order in which the world tells them.
  * @param {import("./types.js").World} world */
@@ -87,7 +89,7 @@ export class FirstScreen {
     if (!hero) this.reel.say(isReady() ? none : "");
     say(this.sentence, hero ? `${hero.title || "Untitled"}: ${wish(hero).replace(/^./, (letter) => letter.toLowerCase())}` : isReady() ? none : "");
     const rare = hero && rarityOf(hero, triesOf(worldOf(hero.world)));
-    say(this.rarity, rare ? `${rare.odds} by chance; here every one of them, and each is another.` : "");
+    say(this.rarity, rare ? `By chance ${rare.odds.replace(/^./, (letter) => letter.toLowerCase())}; here every one, and no two alike.` : "");
     this.all.hidden = !hero;
     say(this.all, hero ? `All ${count(hero.samples)} animations` : "");
   }

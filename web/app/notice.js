@@ -4,6 +4,7 @@ import { on } from "./live.js";
 import { Problem } from "./api.js";
 
 const SIGNS = { connecting: "Connecting", live: "Live", asking: "Looks for news every few seconds", gone: "Not connected" };
+const LASTS = 9000; // [ms], time to read a sentence or two
 const box = document.getElementById("notices");
 
 /** @param {string} text @param {"plain"|"bad"} [kind] */
@@ -16,7 +17,7 @@ export function notice(text, kind = "plain") {
   setTimeout(() => {
     line.remove();
     if (!box.children.length) box.hidePopover();
-  }, 6000);
+  }, LASTS);
 }
 
 /** Says that a parameter of the address has no meaning. @param {string} name @param {string} value */

@@ -141,7 +141,7 @@ export class Together {
       this.#asked.delete(id);
       if (!this.#open) return;
       if (error.status === 404 && wanted) {
-        // It is gone: a fresh one takes its place.
+        notice(`There is no animation “${wanted}” any more; a fresh one takes its place.`);
         settle(asPlace(chosen().set(id, "")));
         return this.show();
       }

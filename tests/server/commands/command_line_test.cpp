@@ -193,7 +193,14 @@ TEST_F(CommandLine, An_empty_store_gets_the_examples_once_and_only_once) {
   std::size_t examples = 0;
   {
     Daemon daemon(folder.path(), {.flags = {}});
-    examples = daemon.get("/v1/scenarios").json()["scenarios"].size();
+    std::vector<std::string> titles, listed;
+    for (const json& world : elements(daemon.get("/v1/worlds").json()["worlds"]))
+      for (const json& example : elements(world["examples"]))
+        titles.push_back(example["title"]);
+    for (const json& scenario : elements(daemon.get("/v1/scenarios?limit=100").json()["scenarios"]))
+      listed.push_back(scenario["title"]);
+    EXPECT_EQ(listed, titles) << "not in the order in which a person should meet them";
+    examples = listed.size();
     EXPECT_GT(examples, 0);
     const std::string id = daemon.get("/v1/scenarios").json()["scenarios"][0]["id"];
     EXPECT_GT(daemon.get("/v1/scenarios/" + id + "/chains").json()["chains"].size(), 0);
