@@ -97,9 +97,9 @@ class FaultyScene final : public Scene {
   KernelTable kernels(Ratios ratios) const override {
     std::vector<WeightedKernel> rows = sound_->kernels(ratios).rows();
     if (planted_ == Planted::joint_proposal)
-      rows.push_back({"joint", 0.05, std::make_shared<const JointProposal>()});
+      rows.push_back({"joint", 0.2, std::make_shared<const JointProposal>()});
     if (planted_ == Planted::wrong_ratio)
-      rows.push_back({"drifting", 0.05, std::make_shared<const DriftingProposal>()});
+      rows.push_back({"drifting", 0.5, std::make_shared<const DriftingProposal>()});
     return KernelTable(std::move(rows));
   }
   std::vector<Measure> measures() const override { return sound_->measures(); }

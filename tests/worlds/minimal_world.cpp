@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worlds/recorder.h"
 #include "worlds/terms/terms.h"
 #include "worlds/words.h"
 
 namespace retake::tests {
 namespace {
-
-using Eigen::Vector3d;
 
 constexpr double kGravity = 9.81, kFrameRate = 60;    // [m/s^2], [frames/s]
 constexpr double kRadius = 0.08, kHalfHeight = 0.01;  // [m], chosen: easy to see
@@ -44,46 +43,34 @@ class Push final : public Physics {
 
   SimulationOutcome simulate(const State& state, const Recording& recording, Animation& animation,
                              std::span<double> measures) override {
-    // Whatever the Animation held is written anew.
     const Slide slide{.speed = state[0], .slowing = kGravity * state[1], .length = length_};
-    animation.rate = kFrameRate;
-    animation.frames = 0;
-    animation.events.clear();
-    animation.tracks.resize(1);
+    begin_animation(animation, kFrameRate, 1);
     Track& track = animation.tracks[kPuck];
     track.name = kPuckName;
-    track.start.position = at(0);
-    track.rest.position = at(slide.x(slide.end));
+    track.start = at(0);
+    track.rest = at(slide.x(slide.end));
     track.settled = slide.end;
     if (slide.left > 0)
       animation.events.push_back({.time = slide.hit,
                                   .bodies = {kPuck, kCushion},
                                   .impulse = kMass * (1 + kRestitution) * slide.left,
-                                  .position = at(length_ + kRadius),
-                                  .normal = -Vector3d::UnitX()});
+                                  .position = at(length_ + kRadius).position,
+                                  .normal = -Eigen::Vector3d::UnitX()});
     measures[0] = slide.end;
-
-    // Nothing is recorded that cannot be what is needed.
-    double bound = 0;
-    for (const auto& term : recording.terms)
-      bound += term->upper_bound(animation);
-    if (bound <= recording.needed) return {.end = SimulationEnd::stopped};
+    if (is_out_of_reach(recording, animation)) return {.end = SimulationEnd::stopped};
     if (recording.frames) record(slide, animation);
     return {.end = SimulationEnd::complete, .simulated_seconds = slide.end};
   }
 
  private:
-  static Vector3d at(double x) { return {x, kHalfHeight, 0}; }
+  static Pose at(double x) { return {.position = {x, kHalfHeight, 0}}; }
 
   /// What a viewer sees: a pose for each frame, and the bodies, those of the tracks first.
   void record(const Slide& slide, Animation& animation) const {
-    const auto frames = static_cast<Eigen::Index>(std::ceil(slide.end * kFrameRate)) + 1;
-    animation.frames = static_cast<std::size_t>(frames);
-    Track& track = animation.tracks[kPuck];
-    track.rotations = Eigen::Vector4d::UnitW().replicate(1, frames);
-    track.positions.resize(3, frames);
-    for (Eigen::Index frame = 0; frame < frames; ++frame)
-      track.positions.col(frame) = at(slide.x(static_cast<double>(frame) / kFrameRate));
+    animation.frames = frames_until(slide.end, kFrameRate);
+    TrackWriter writer(animation.tracks[kPuck], animation.frames);
+    for (std::size_t frame = 0; frame < animation.frames; ++frame)
+      writer.add(at(slide.x(static_cast<double>(frame) / kFrameRate)));
     animation.bodies = {Body{.name = kPuckName,
                              .shape = Cylinder{kRadius, 2 * kHalfHeight},
                              .colour = "#c8442f",

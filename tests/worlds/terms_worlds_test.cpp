@@ -258,8 +258,8 @@ TEST_P(TermsInWorlds, ChainsFindWhatIsWished) {
     expect_found(*stage.scenario_with(json::array({wish})), 322, 2000);
 }
 
-/// Two chains, one of which never stops early, make the same moves. Returns whether simulations were stopped.
-bool expect_equal_chains(const Scenario& scenario, Method method, int steps) {
+/// Two chains, one of which never stops early, make the same moves.
+void expect_equal_chains(const Scenario& scenario, Method method, int steps) {
   const auto one = scenario.make_performer(), other = scenario.make_performer();
   Chain early(scenario.target(Ratios::exact), {.seed = 331, .method = method});
   Chain late(scenario.target(Ratios::exact), {.seed = 331, .method = method, .early_rejection = false});
@@ -270,18 +270,15 @@ bool expect_equal_chains(const Scenario& scenario, Method method, int steps) {
     EXPECT_TRUE(identical(early.stay().score, late.stay().score));
   }
   EXPECT_EQ(early.counts().samples, late.counts().samples);
-  return late.counts().simulated_seconds > early.counts().simulated_seconds;
 }
 
 void expect_equal_chains(const Stage& stage, int steps) {
-  bool saved = false;
   const std::vector<json> wishes = wishes_after_a_draw(stage, 332);
   for (const json& wish : wishes)
     for (const Method method : {Method::metropolis, stage.open.world().default_method()})
-      saved |= expect_equal_chains(*stage.scenario_with(json::array({wish})), method, steps);
+      expect_equal_chains(*stage.scenario_with(json::array({wish})), method, steps);
   // All at once.
-  saved |= expect_equal_chains(*stage.scenario_with(json(wishes)), Method::metropolis, steps);
-  EXPECT_TRUE(saved) << "nothing was stopped early, not even before it began";
+  expect_equal_chains(*stage.scenario_with(json(wishes)), Method::metropolis, steps);
 }
 
 TEST_P(TermsInWorlds, ChainsAreTheSameWhetherTheyStopEarlyOrNot) {

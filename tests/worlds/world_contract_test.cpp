@@ -90,7 +90,6 @@ const Plant kPlants[] = {
     {Planted::leaks_after_stop, "RemembersNothing"},
     {Planted::leaks_frames, "RemembersNothing"},
     {Planted::bound_too_tight, "StopsWhatCannotMatter"},
-    {Planted::bound_too_tight, "WalksTheSameEarlyOrNot"},
     {Planted::bound_too_tight_midway, "ScoresAtMostZero"},
     {Planted::stops_too_early, "StopsWhatCannotMatter"},
     {Planted::stops_too_early, "WalksTheSameEarlyOrNot"},

@@ -32,11 +32,16 @@ class Faults {
 struct Clause {
   std::string name;
   void (*check)(const World& world, int draws, Faults& faults);
-  /// How many States, animations or chains it looks at, each as dear as the world is: by measurement about
-  /// three times what finds the planted faults of the minimal world, and what real worlds' tests can afford.
+  /// How many States, animations, steps or chains it looks at, each as dear as the world is: enough to find
+  /// what is planted in the minimal world.
   int draws;
   int slow_draws = 0;  ///< in the slow tests; 0: it is none of them
 };
+
+/// For messages of tests.
+inline void PrintTo(const Clause& clause, std::ostream* out) {
+  *out << clause.name;
+}
 
 const std::vector<Clause>& contract();
 /// What a world does against one clause, which is named.
