@@ -1,6 +1,6 @@
 // Pictures of the page beside kept ones: grey and at half its size or less, which is enough to see what moved, vanished
 // or changed its tone, and keeps all of them small.
-import { mkdir, mkdtemp, readdir, readFile, writeFile } from "node:fs/promises";
+import { mkdir, mkdtemp, readdir, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import pixelmatch from "pixelmatch";
@@ -54,9 +54,12 @@ export class Pictures {
     return `the picture: ${what}; see ${join(this.#differing, name)}*.png (to keep it: RETAKE_RENEW_PICTURES=1)`;
   }
 
-  /** Kept pictures that nothing was held against. @returns {Promise<string[]>} */
+  /** Kept pictures that nothing was held against; renewing takes them away. @returns {Promise<string[]>} */
   async orphans() {
-    return (await readdir(KEPT)).filter((name) => !this.#seen.has(name));
+    const names = (await readdir(KEPT)).filter((name) => !this.#seen.has(name));
+    if (!RENEW) return names;
+    await Promise.all(names.map((name) => rm(new URL(name, KEPT))));
+    return [];
   }
 }
 

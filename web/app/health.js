@@ -23,6 +23,7 @@ export class Health {
     this.element = h(
       "section.health",
       { "aria-label": "Health" },
+      h("h2.unseen", {}, "Health"),
       h("div.cards", {}, this.odds.element, this.independence.element, this.time.element),
       this.quantities.element,
       this.swaps.element,

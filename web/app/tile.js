@@ -35,7 +35,8 @@ export class Tile {
         onblur: () => this.rest(),
       },
       this.shot,
-      h("span.tile-line", {}, this.gist, h("span.dim", {}, seconds(sample.duration))),
+      h("span.tile-line", {}, this.gist, " ", h("span.dim", {}, seconds(sample.duration))),
+      " ",
       this.more,
     );
     this.element = h("li.tile", {}, this.link);
@@ -51,7 +52,7 @@ export class Tile {
     say(this.more, more);
     this.more.hidden = !more;
     const { duration, learning } = this.sample;
-    this.link.setAttribute("aria-label", ["Animation", gist, more, seconds(duration), learning && LEARNING.toLowerCase()].filter(Boolean).join(", "));
+    this.link.setAttribute("aria-label", ["Animation", gist, seconds(duration), more, learning && LEARNING.toLowerCase()].filter(Boolean).join(", "));
   }
 
   /** Whether it has a picture that is in the window. */
