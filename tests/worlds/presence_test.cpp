@@ -16,14 +16,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Calls `look` with the title and a recorded animation of a few draws of the prior of every example.
+/// Calls `look` with the title and a recorded animation of a few draws of the prior of every example of a
+/// world, or of all; of dice, of those alone that have several if one would be no pair.
 template <typename Look>
-void look_at_examples(int draws, std::string_view only_world, const Look& look) {
+void look_at_examples(int draws, std::string_view only_world, bool pairs, const Look& look) {
   std::uint64_t number = 0;
   for (const World* world : worlds())
     for (const json& example : world->examples()) {
       RandomStream random = stream(731, number++);
       if (!only_world.empty() && world->name() != only_world) continue;
+      if (pairs && world->name() == "dice" && example.value(json::json_pointer("/model/dice"), 1) == 1)
+        continue;
       const auto scenario = Scenario::read(example);
       const auto performer = scenario->make_performer();
       for (int draw = 0; draw < draws; ++draw) {
@@ -97,7 +100,7 @@ TEST(Presence, NoMarbleIsInsideAnother) {
   const impulse::Settings engine;
   const double fall = std::sqrt(2 * engine.gravity * 0.072);  // [m/s], the fastest that a marble gets
   Deepest deepest;
-  look_at_examples(3, "spelling", [&](const std::string& title, const Animation& animation) {
+  look_at_examples(2, "spelling", true, [&](const std::string& title, const Animation& animation) {
     Deepest here;
     look_for_overlaps(animation, overlap_of_spheres, here);
     EXPECT_LE(here.overlap, engine_slop(engine.permitted_overlap, engine.time_step, fall)) << title;
@@ -112,7 +115,7 @@ TEST(Presence, NoDieIsInsideAnother) {
   const dice::EngineSettings engine;
   const double fall = std::sqrt(2 * engine.gravity * 0.13) + 0.5;  // [m/s], with how it is thrown
   Deepest deepest;
-  look_at_examples(20, "dice", [&](const std::string& title, const Animation& animation) {
+  look_at_examples(20, "dice", true, [&](const std::string& title, const Animation& animation) {
     Deepest here;
     look_for_overlaps(
         animation,
@@ -130,7 +133,7 @@ TEST(Presence, NoDieIsInsideAnother) {
 
 TEST(Presence, NothingHappensToABodyBeforeItIsThere) {
   std::size_t late = 0;
-  look_at_examples(1, "", [&](const std::string& title, const Animation& animation) {
+  look_at_examples(1, "", false, [&](const std::string& title, const Animation& animation) {
     for (const Track& track : animation.tracks) {
       ASSERT_GE(track.from, 0) << title;
       ASSERT_LT(track.from, animation.duration()) << title;
