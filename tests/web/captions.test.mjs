@@ -80,9 +80,9 @@ test("measures that all have in common are not said, of the others those that di
 });
 
 test("what differs by less than is read, a time that is the duration, and what is too long is not said", () => {
-  const told = captions([meaning("weight", "kg"), meaning("end", "s"), meaning("places", "", "list"), meaning("miss", "m"), meaning("miss_2", "m")],
-    { weight: 1.00001, end: 2, places: [11, 12, 13, 14, 15, 16], miss: 0.001, miss_2: 0.001 },
-    { weight: 1.00002, end: 3, places: [16, 15, 14, 13, 12, 11], miss: 0.004, miss_2: 0.009 });
+  const told = captions([meaning("weight", "kg"), meaning("end", "s"), meaning("places", "", "list"), meaning("sides", "", "list"), meaning("miss", "m"), meaning("miss_2", "m")],
+    { weight: 1.00001, end: 2, places: [11, 12, 13, 14, 15, 16], sides: [1, -1], miss: 0.001, miss_2: 0.001 },
+    { weight: 1.00002, end: 3, places: [16, 15, 14, 13, 12, 11], sides: [-1, -1], miss: 0.004, miss_2: 0.009 });
   assert.equal(plain(told.of("s1")).gist, "miss 4 mm");
 });
 

@@ -67,12 +67,15 @@ test("a document has the die, the table with what it is like, the pips, and the 
   assert.ok(Math.hypot(x - wish.x, z - wish.z) <= wish.tolerance);
 });
 
-test("a tile says how far the die is off, and nothing that the wish says", async () => {
+test("a tile says how the die turns and how far it is off, and nothing that the wish says", async () => {
   const { scenario, sample } = await throwOfASix();
   const { page, faults, close } = await newPage(browser);
   await page.goto(`${program.address}?scenario=${scenario}&play=off`);
-  await drawnTiles(page, 1);
-  assert.match(await page.locator(".tile-gist").first().textContent(), /^miss 0\.\d+ mm · rest x 1\d(\.\d+)? cm$/);
+  await drawnTiles(page, 3);
+  const words = page.locator(".tile").first();
+  await words.getByText(/^turns \d+(\.\d)? times$/).waitFor();
+  assert.match(await words.locator(".tile-more").textContent(), /miss\s0\.\d+\smm/);
+  assert.doesNotMatch(await words.textContent(), /face/);
   assert.ok(sample.measures.miss < 0.001);
   assert.deepEqual(faults, []);
   await close();

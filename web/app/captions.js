@@ -81,7 +81,8 @@ export class Captions {
     const names = new Set(meanings.map(({ name }) => name));
     const isAgain = ({ name }) => AGAIN.test(name) && names.has(name.replace(AGAIN, ""));
     const isDuration = ({ name, unit }) => unit === "s" && samples.every((sample) => Math.abs(sample.measures?.[name] - sample.duration) < SAME * sample.duration);
-    const usable = meanings.filter((meaning) => !isAgain(meaning) && !isDuration(meaning));
+    // A list is read element by element, not at a glance.
+    const usable = meanings.filter((meaning) => meaning.kind !== "list" && !isAgain(meaning) && !isDuration(meaning));
     // One alone is like no other: it says what comes first.
     const read = usable.map(({ name, unit }, at) => {
       const values = samples.map(({ measures }) => measures?.[name]);

@@ -74,6 +74,9 @@ export class FirstScreen {
       this.worlds,
     );
     this.element.classList.toggle("plain", !stage.works);
+    // Words that come later move the pictures below them.
+    this.moves = new ResizeObserver(() => stage.request());
+    this.moves.observe(this.element);
     allWorlds().then((worlds) => this.#offer(worlds), complain);
   }
 
@@ -96,6 +99,7 @@ export class FirstScreen {
 
   close() {
     this.#open = false;
+    this.moves.disconnect();
     this.reel.close();
     for (const card of this.#cards) card.close();
   }
