@@ -94,6 +94,7 @@ class ScenarioForm {
   #fill() {
     const example = this.examples[Number(this.example.value) || 0];
     this.text.value = documentText(example);
+    this.text.setSelectionRange(0, 0);
     const worded = wordedOf(example);
     this.saying.value = worded?.text ?? "";
     this.sayingField.hidden = !worded;

@@ -35,9 +35,7 @@ export class Tile {
         onblur: () => this.rest(),
       },
       this.shot,
-      h("span.tile-line", {}, this.gist, " ", h("span.dim", {}, seconds(sample.duration))),
-      " ",
-      this.more,
+      h("span.tile-line", {}, this.gist, " ", this.more, " ", h("span.tile-time.dim", {}, seconds(sample.duration))),
     );
     this.element = h("li.tile", {}, this.link);
     this.element.tile = this;
@@ -52,7 +50,7 @@ export class Tile {
     say(this.more, more);
     this.more.hidden = !more;
     const { duration, learning } = this.sample;
-    this.link.setAttribute("aria-label", ["Animation", gist, seconds(duration), more, learning && LEARNING.toLowerCase()].filter(Boolean).join(", "));
+    this.link.setAttribute("aria-label", ["Animation", gist, more, seconds(duration), learning && LEARNING.toLowerCase()].filter(Boolean).join(", "));
   }
 
   /** Whether it has a picture that is in the window. */
