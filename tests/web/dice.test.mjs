@@ -50,7 +50,7 @@ test("a document has the die, the table with what it is like, the pips, and the 
   const [die, table, pips] = keyframes.bodies;
   const target = keyframes.bodies.at(-1);
   const tray = ["felt", "rim_far", "rim_near", "rim_left", "rim_right", "desk"];
-  assert.deepEqual(keyframes.bodies.map(({ name }) => name), ["die_1", "table", "pips_1", ...tray, "tower", "target"]);
+  assert.deepEqual(keyframes.bodies.map(({ name }) => name), ["die_1", "table", "pips_1", ...tray, "target"]);
   assert.equal(die.track, pips.track);
   assert.deepEqual(Object.keys(table.shape.attributes).sort(), ["friction", "restitution"]);
   const points = table.shape.positions.length / 3;

@@ -277,10 +277,11 @@ TEST(DiceThrow, ADieIsThereFromItsLaunchOn) {
       const Eigen::Index launch = kFramesApart * static_cast<Eigen::Index>(die);
       EXPECT_EQ(track.from, 0.25 * static_cast<double>(die));
       EXPECT_LT((track.start.position - vector(table.model.start_x(die))).norm(), 1e-9);
-      for (Eigen::Index frame = 0; frame <= launch; ++frame) {
+      for (Eigen::Index frame = 0; frame < launch; ++frame) {
         EXPECT_EQ(track.positions.col(frame), track.start.position);
         EXPECT_EQ(track.rotations.col(frame), track.start.rotation.coeffs());
       }
+      EXPECT_LT((track.positions.col(launch) - track.start.position).norm(), 1e-9);
       // From then on it flies as it was launched.
       const Vector3d moved = track.positions.col(launch + 1) - track.start.position;
       const Vector3d fall(0, -0.5 * 9.81 / 60, 0);
@@ -289,63 +290,6 @@ TEST(DiceThrow, ADieIsThereFromItsLaunchOn) {
       EXPECT_TRUE((off.array() <= viewpoint.half_extents.array()).all()) << "who watches sees launches";
     }
   }
-}
-
-/// The boxes of which a tower is made: their lowest and highest corners.
-std::vector<std::pair<Vector3d, Vector3d>> walls_of(const Body& tower) {
-  const auto& positions = std::get<Mesh>(tower.shape).positions;
-  std::vector<std::pair<Vector3d, Vector3d>> walls;
-  for (std::size_t first = 0; first < positions.size(); first += 24) {
-    const Eigen::Map<const Eigen::Matrix<double, 3, 8>> corners(&positions[first]);
-    walls.emplace_back(corners.rowwise().minCoeff(), corners.rowwise().maxCoeff());
-  }
-  return walls;
-}
-
-TEST(DiceThrow, DiceComeOutOfATowerWithoutEverBeingInItsWalls) {
-  const dice::DieShape shape = die_shape();
-  const double radius = shape.reach() + shape.rounding();
-  int towers = 0, throws = 0;
-  for (const int count : {1, 3, 6}) {
-    const auto scenario = Scenario::read(document({{"dice", count}}, json::array()));
-    const auto performer = scenario->make_performer();
-    RandomStream random = stream(361, static_cast<std::uint64_t>(count));
-    for (int i = 0; i < 15; ++i, ++throws) {
-      const Animation shown = performer->perform(draw_state(scenario->model(), random)).animation;
-      const Body& tower = shown.bodies.back();
-      if (tower.name != "tower") continue;
-      ++towers;
-      const auto walls = walls_of(tower);
-      ASSERT_EQ(walls.size(), 4u);
-      const double mouth = walls[1].second.x(), roof = walls[3].first.y();
-      for (const Track& track : shown.tracks) {
-        EXPECT_LT(track.start.position.x() + radius, mouth - 0.01) << "let go behind the mouth";
-        EXPECT_LT(track.start.position.y() + radius, roof - 0.01) << "and under the roof";
-        EXPECT_GT(track.rest.position.x(), mouth) << "and out of it";
-        for (Eigen::Index frame = 0; frame < track.positions.cols(); ++frame) {
-          const Vector3d place = track.positions.col(frame);
-          for (const auto& [low, high] : walls)
-            ASSERT_GT((place - place.cwiseMax(low).cwiseMin(high)).norm(), radius) << "frame " << frame;
-        }
-      }
-      const Viewpoint viewpoint = dice::throw_viewpoint(shown);
-      for (const auto& [low, high] : walls)
-        EXPECT_LE(high.y(), viewpoint.center.y() + viewpoint.half_extents.y() + 1e-12);
-    }
-  }
-  EXPECT_GT(towers, 0.9 * throws);
-}
-
-TEST(DiceThrow, DiceThatAreLetGoAllOverThePlaceHaveNoTower) {
-  const auto scenario = Scenario::read(document({{"dice", 3}, {"start_spread", 0.08}}, json::array()));
-  const auto performer = scenario->make_performer();
-  RandomStream random = stream(362);
-  int towers = 0;
-  for (int i = 0; i < 20; ++i) {
-    const Animation shown = performer->perform(draw_state(scenario->model(), random)).animation;
-    towers += shown.bodies.back().name == "tower" ? 1 : 0;
-  }
-  EXPECT_EQ(towers, 0);
 }
 
 TEST(DiceThrow, TheTableThatIsShownIsTheOneThatIsRolledOn) {

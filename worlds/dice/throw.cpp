@@ -9,7 +9,6 @@
 
 #include "worlds/dice/view.h"
 #include "worlds/recorder.h"
-#include "worlds/recorder.h"
 
 namespace retake::dice {
 namespace {
@@ -174,7 +173,8 @@ class Throws final : public Physics {
 
   /// Until its launch a die is where it is launched.
   Pose pose_at(const Tumble& run, std::size_t die, double steps) const {
-    if (steps < static_cast<double>(run.paths[die]->launch_step)) return placed(die, run.paths[die]->at(0));
+    if (steps < static_cast<double>(run.paths[die]->launch_step))
+      return placed(die, throw_.scene.dice[die].state);
     const auto whole = static_cast<std::int64_t>(std::floor(steps));
     const DieState& begin = run.paths[die]->at(whole);
     if (whole == run.step_count) return placed(die, begin);

@@ -12,8 +12,6 @@
 #include <string>
 #include <utility>
 
-#include "worlds/dice/tower.h"
-
 namespace retake::dice {
 namespace {
 
@@ -334,7 +332,6 @@ void write_scene(const DieShape& shape, const DiceThrow& thrown, const std::vect
   for (const DieState& state : states)
     went.push_back(thrown.placement.point(state.position));
   add_tray(went, shape.half_extents().norm(), std::get<HeightField>(bodies[table_body(dice)].shape), bodies);
-  if (auto tower = tower_around(animation, shape)) bodies.push_back(std::move(*tower));
 }
 
 Viewpoint throw_viewpoint(const Animation& animation) {
@@ -344,17 +341,12 @@ Viewpoint throw_viewpoint(const Animation& animation) {
     high = high.cwiseMax(track.positions.rowwise().maxCoeff());
   }
   const Vector3d around(0.022, 0.015, 0.022);
-  low = (low - around).cwiseMin(kSeenLow - around);
-  high = (high + around).cwiseMax(kSeenHigh + around);
-  for (const Body& body : animation.bodies)
-    if (body.name == kTower) {
-      const auto& positions = std::get<Mesh>(body.shape).positions;
-      const Eigen::Map<const Eigen::Matrix3Xd> points(positions.data(), 3,
-                                                      static_cast<Eigen::Index>(positions.size() / 3));
-      low = low.cwiseMin(points.rowwise().minCoeff());
-      high = high.cwiseMax(points.rowwise().maxCoeff());
-    }
-  return {.center = (low + high) / 2, .half_extents = (high - low) / 2, .azimuth = 0.3, .elevation = 0.55};
+  low = low.cwiseMin(kSeenLow);
+  high = high.cwiseMax(kSeenHigh);
+  return {.center = (low + high) / 2,
+          .half_extents = (high - low) / 2 + around,
+          .azimuth = 0.3,
+          .elevation = 0.55};
 }
 
 }  // namespace retake::dice

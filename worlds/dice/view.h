@@ -21,9 +21,8 @@ Roster roster(std::size_t dice);
 std::string die_name(std::size_t die);
 
 /// Fills in the bodies: the dice, the table, and the pips of each die; then what only the eye needs, a tray
-/// of felt on a desk, and the tower out of which dice are thrown, if there is one. Requires: the frames of
-/// the dice. `states` says where the dice went, in the grid's frame: the table's bumps are shown there and
-/// 3.5 cm around, and end in the felt. The tray has one size, unless dice went beyond it.
+/// of felt on a desk. `states` says where the dice went, in the grid's frame: the table's bumps are shown
+/// there and 3.5 cm around, and end in the felt. The tray has one size, unless dice went beyond it.
 void write_scene(const DieShape& shape, const DiceThrow& thrown, const std::vector<DieState>& states,
                  Table& table, Animation& animation);
 
@@ -32,7 +31,7 @@ inline std::size_t table_body(std::size_t dice) {
   return dice;
 }
 
-/// The box in which the dice move from their launches on, where most throws go, and the tower.
+/// The box in which the dice move from their launches on, and where most throws go.
 Viewpoint throw_viewpoint(const Animation& animation);
 
 }  // namespace retake::dice

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "server/api/views.h"
+#include "server/chains/measures.h"
 #include "tests/server/api/shapes.h"
 #include "worlds/formats/keyframes.h"
 
