@@ -38,6 +38,7 @@ names = {name.split("/")[-1] for name in files}
 texts = {name: (root / name).read_text() for name in sorted(files)
          if pathlib.PurePath(name).suffix in CODE | {".md", ".txt"} or name.startswith("scripts/")}
 libraries = {header for text in texts.values() for header in re.findall(r"^ *#include <([\w.]+)>", text, re.M)}
+libraries |= {f"{package}.js" for package in json.loads((root / "web/package.json").read_text())["dependencies"]}
 pages = {name: text for name, text in texts.items() if name.endswith(".md")}
 faults = []
 
