@@ -89,7 +89,7 @@ TEST(ApiDocument, Every_kind_of_line_is_read) {
             json::parse(R"({"id":"string","list":[{"n?":"integer|null"}],"map?":{"*":"@Other"}})"));
   for (const char* wrong : {"### A\n| key | type | is |\n|---|---|---|\n| `a` | text | |\n",
                             "### A\n| key | type | is |\n|---|---|---|\n| `a` | any | |\n| `a` | any | |\n",
-                            "| key | meaning |\n"})
+                            "| key | meaning |\n|---|---|\n| `a` | b |\n"})
     EXPECT_THROW(read_api_document(wrong), std::runtime_error) << wrong;
 }
 
