@@ -141,7 +141,8 @@ class ScenarioForm {
     this.text.setAttribute("aria-invalid", "true");
     const list = problem.errors.map((fault) => {
       const go = h("button.fault-place", { type: "button", onclick: () => this.#select(fault.pointer) });
-      say(go, fault.pointer || "document");
+      // A long pointer is broken between its parts.
+      go.append(h("span", {}, ...(fault.pointer || "document").split(/(?=\/)/).flatMap((part) => [h("wbr"), part])));
       return h("li", {}, go, h("span", {}, fault.detail));
     });
     const heading = list.length ? problem.title || problem.detail : problem.message;
