@@ -114,7 +114,11 @@ class Reader {
  private:
   void read_row(const std::vector<std::string>& cells) {
     if (table_.empty()) {
+      static const std::set<std::string> kTables = {"key type",    "field type",  "parameter type",
+                                                    "type status", "metric type", "event data",
+                                                    "command does"};
       table_ = cells[0] + " " + cells.at(1);
+      if (!kTables.contains(table_)) throw std::runtime_error("no table of this page: " + table_);
       return;
     }
     if (cells[0].starts_with("---")) return;
@@ -133,7 +137,7 @@ class Reader {
     } else if (table_ == "event data") {
       document.events[name] = type_of(type).get<std::string>().substr(1);
     } else if (table_ != "command does") {
-      throw std::runtime_error("no table of this page: " + table_);
+      throw std::runtime_error("a table of fields or parameters under no route");
     }
   }
 
