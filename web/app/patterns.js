@@ -19,7 +19,7 @@ function painted(width, height, paint) {
 }
 
 /** Numbers from 0 to 1 that are the same each time. */
-function dice() {
+function seeded() {
   let seed = 7;
   return () => (seed = (seed * 16807) % 2147483647) / 2147483647;
 }
@@ -65,7 +65,7 @@ export function swirls(tone) {
 
 /** Boards side by side, each joined of pieces of slightly different tone. */
 export function boards() {
-  const random = dice();
+  const random = seeded();
   return painted(2048, 16 * BOARDS, (context) => {
     for (let board = 0; board < BOARDS; ++board) {
       const top = 16 * board;
@@ -89,7 +89,7 @@ export function boards() {
 
 /** The grain of one piece of wood, along x. It goes on where it ends. */
 export function grain() {
-  const random = dice();
+  const random = seeded();
   const texture = painted(1024, 1024, (context) => {
     context.fillStyle = "hsl(32 34% 92%)";
     context.fillRect(0, 0, 1024, 1024);
