@@ -193,7 +193,7 @@ function lateBall(from) {
   const still = { position: [0, -0.05, 0], rotation: [0, 0, 0, 1] };
   const bodies = [
     { name: "ball", shape: { type: "sphere", radius: 0.15 }, color: "#b23a48", track: 0 },
-    { name: "lane", shape: { type: "box", half_extents: [1, 0.05, 0.6] }, color: "#c69c6d", ...still },
+    { name: "lane", shape: { type: "box", half_extents: [1, 0.05, 0.6] }, color: "#c69c6d", surface: "varnished", ...still },
   ];
   const over = (values) => Array.from({ length: frames }, () => values).flat();
   const track = { position: over([0, 0.3, 0]), rotation: over([0, 0, 0, 1]), ...(from === undefined ? {} : { from }) };
