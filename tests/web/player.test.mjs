@@ -170,7 +170,7 @@ test("a body has no picture, shadow or mirror image before it is there", async (
       const origin = canvas.getBoundingClientRect();
       const { left, top, width, height } = element.getBoundingClientRect();
       const copy = new OffscreenCanvas(Math.round(width), Math.round(height));
-      const context = copy.getContext("2d");
+      const context = copy.getContext("2d", { willReadFrequently: true });
       context.drawImage(canvas, origin.left - left, origin.top - top, origin.width, origin.height);
       const { data } = context.getImageData(0, 0, copy.width, copy.height);
       const digest = await crypto.subtle.digest("SHA-256", data);
