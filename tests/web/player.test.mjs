@@ -170,7 +170,7 @@ test("a body has no picture, shadow or mirror image before it is there", async (
       const origin = canvas.getBoundingClientRect();
       const { left, top, width, height } = element.getBoundingClientRect();
       const copy = new OffscreenCanvas(Math.round(width), Math.round(height));
-      const context = copy.getContext("2d");
+      const context = copy.getContext("2d", { willReadFrequently: true });
       context.drawImage(canvas, origin.left - left, origin.top - top, origin.width, origin.height);
       const { data } = context.getImageData(0, 0, copy.width, copy.height);
       const digest = await crypto.subtle.digest("SHA-256", data);
@@ -193,7 +193,7 @@ function lateBall(from) {
   const still = { position: [0, -0.05, 0], rotation: [0, 0, 0, 1] };
   const bodies = [
     { name: "ball", shape: { type: "sphere", radius: 0.15 }, color: "#b23a48", track: 0 },
-    { name: "lane", shape: { type: "box", half_extents: [1, 0.05, 0.6] }, color: "#c69c6d", ...still },
+    { name: "lane", shape: { type: "box", half_extents: [1, 0.05, 0.6] }, color: "#c69c6d", surface: "varnished", ...still },
   ];
   const over = (values) => Array.from({ length: frames }, () => values).flat();
   const track = { position: over([0, 0.3, 0]), rotation: over([0, 0, 0, 1]), ...(from === undefined ? {} : { from }) };

@@ -29,7 +29,7 @@ export class Reflection extends THREE.Group {
     const mirrored = new THREE.Group();
     mirrored.scale.y = -1;
     mirrored.position.y = 2 * max.y;
-    mirrored.add(...[...this.images, ...beside.map(imageOf)].map(({ image }) => image));
+    for (const { image } of [...this.images, ...beside.map(imageOf)]) mirrored.add(image);
     this.add(window, mirrored);
   }
 
