@@ -123,7 +123,7 @@ test("measures that are no numbers are said in words", async () => {
   await openFirst(page);
   await page.waitForFunction(() => document.querySelectorAll(".facts")[0].children.length === 5);
   const said = await page.locator(".facts").first().locator("> div > dd").allTextContents();
-  assert.deepEqual(said, ["yes", "no", "2, 3, 10", "none", "–"]);
+  assert.deepEqual(said, ["–", "yes", "no", "2, 3, 10", "none"], "what the scenario tells of comes first");
   assert.deepEqual(faults, []);
   await close();
 });

@@ -14,7 +14,6 @@ export class Health {
   /** @param {import("./types.js").Scenario} scenario */
   constructor(scenario) {
     this.path = pathOf("scenarios", scenario.id, "/diagnostics");
-    this.tries = triesOf(worldOf(scenario.world));
     this.odds = new Card("odds", "Odds");
     this.independence = new Card("independence", "Independence");
     this.time = new Card("time", "Time");
@@ -33,6 +32,7 @@ export class Health {
   /** @param {import("./types.js").Scenario} scenario @param {import("./types.js").Chain[]} chains */
   show(scenario, chains) {
     this.scenario = scenario;
+    this.tries = triesOf(worldOf(scenario.world)); // of worlds that may have come since
     const news = chains.length !== this.chains?.length;
     this.chains = chains;
     this.#showOdds();
