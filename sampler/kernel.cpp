@@ -11,13 +11,6 @@
 namespace retake {
 namespace {
 
-double& at(State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-
 double log_density(const Model& model, const State& state, std::size_t variable) {
   return model.variables()[variable].prior.log_density(at(state, variable));
 }

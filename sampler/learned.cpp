@@ -53,14 +53,6 @@ ArrayXXd kernel(const ArrayXXd& distances, double width) {
           (1 - kNarrowShare) / kWide * (-0.5 / (kWide * kWide) * squares).exp());
 }
 
-double& at(State& state, std::size_t variable) {
-  return state[static_cast<Index>(variable)];
-}
-
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Index>(variable)];
-}
-
 VectorXd cumulated(const VectorXd& shares) {
   VectorXd sums(shares.size());
   std::partial_sum(shares.begin(), shares.end(), sums.begin());

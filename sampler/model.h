@@ -21,6 +21,14 @@ namespace retake {
 /// absent.
 using State = Eigen::VectorXd;
 
+/// The value of the Variable that stands at `variable` in the Model's table.
+inline double& at(State& state, std::size_t variable) {
+  return state[static_cast<Eigen::Index>(variable)];
+}
+inline double at(const State& state, std::size_t variable) {
+  return state[static_cast<Eigen::Index>(variable)];
+}
+
 /// The value of an absent Variable; it never compares equal, so using it by mistake shows.
 inline constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
 
@@ -47,9 +55,9 @@ class Model {
   const std::vector<Variable>& variables() const { return variables_; }
   std::size_t size() const { return variables_.size(); }
   bool is_present(const State& state, std::size_t variable) const {
-    if (variables_[variable].is_override) return !std::isnan(state[static_cast<Eigen::Index>(variable)]);
+    if (variables_[variable].is_override) return !std::isnan(at(state, variable));
     const auto& governor = variables_[variable].switch_index;
-    return !governor || state[static_cast<Eigen::Index>(*governor)] == 1;
+    return !governor || at(state, *governor) == 1;
   }
   /// What no single prior can refuse; log_prior is minus infinity where it is false.
   bool in_support(const State& state) const { return !in_support_ || in_support_(state); }

@@ -10,7 +10,7 @@ namespace retake {
 namespace {
 
 constexpr double kCountsOfMost = 8;     // chosen: rounding then costs little, and few samples are stored
-constexpr double kLargestCount = 1e12;  // far from any that a bound allows
+constexpr double kLargestMean = 1e12;  // far from any that a bound allows
 
 }  // namespace
 
@@ -31,7 +31,7 @@ bool Placed::step(Simulator& simulator) {
 
   // How often it counts.
   const double of_most = log_weight_ - target_.placed->most_log_weight() + candidate_score_.log_constraint;
-  const double mean = std::min(kCountsOfMost * std::exp(of_most), kLargestCount);
+  const double mean = std::min(kCountsOfMost * std::exp(of_most), kLargestMean);
   const auto count = static_cast<std::uint64_t>(mean + random(Purpose::acceptance).uniform());
   if (count == 0) return false;
   move_to_candidate(walker_);

@@ -15,7 +15,7 @@ namespace retake {
 namespace {
 
 constexpr std::uint64_t kSeed = 0;         // no chain's draws need to be told from these
-constexpr double kBetweenClocks = 0.0005;  // [s], chosen: reading the clock then costs nothing
+constexpr double kBetweenLooks = 0.0005;  // [s], chosen: reading the clock then costs nothing
 
 /// [s] of CPU time that this thread has taken.
 double thread_seconds() {
@@ -105,9 +105,9 @@ std::optional<PilotTally> Pilot::draw(const Scenario& scenario) {
     }
     const double round = now;
     now = thread_seconds();
-    if (now - round < kBetweenClocks / 2)
+    if (now - round < kBetweenLooks / 2)
       steps_between_clocks *= 2;
-    else if (now - round > kBetweenClocks && steps_between_clocks > 1)
+    else if (now - round > kBetweenLooks && steps_between_clocks > 1)
       steps_between_clocks /= 2;
   }
   return PilotTally{.draws = tally.draws, .hits = tally.hits, .seconds = now - begin};

@@ -28,11 +28,6 @@ ChainSettings rare_settings(std::uint64_t seed) {
           .learning = {.hits = 60, .plain_hits = 8, .draws = 45'000}};
 }
 
-std::string name_of(const TwoModes& toy) {
-  const std::string names[] = {"Level", "Stepped", "Sloped"};
-  return names[static_cast<std::size_t>(toy.height)] + (toy.hazards ? "WithHazards" : "");
-}
-
 class ConditionalTest : public ::testing::TestWithParam<TwoModes> {};
 INSTANTIATE_TEST_SUITE_P(Toys, ConditionalTest, ::testing::ValuesIn(all_two_modes()),
                          [](const auto& tested) { return name_of(tested.param); });

@@ -15,15 +15,15 @@
 #include <gtest/gtest.h>
 
 #include "sampler/normal.h"
+#include "tests/sampler/toys.h"
 
-namespace retake {
+namespace retake::tests {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct ReferenceCase {
@@ -237,4 +237,4 @@ TEST(RoughEss, HasNoFigureWhereThereIsNone) {
 }
 
 }  // namespace
-}  // namespace retake
+}  // namespace retake::tests

@@ -9,11 +9,10 @@
 #include <gtest/gtest.h>
 
 #include "tests/sampler/statistics.h"
+#include "tests/sampler/toys.h"
 
 namespace retake::tests {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct NamedDistribution {
   std::string name;

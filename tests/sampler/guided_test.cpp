@@ -15,7 +15,7 @@ namespace {
 
 using Height = TwoModes::Height;
 
-ChainSettings with_seed(std::uint64_t seed) {
+ChainSettings guided_settings(std::uint64_t seed) {
   return {.seed = seed, .method = Method::conditional};
 }
 
@@ -113,36 +113,31 @@ TwoModes guided(TwoModes toy, bool stays_in_mode = false) {
   return toy;
 }
 
-std::string name_of(const TwoModes& toy) {
-  const std::string names[] = {"Level", "Stepped", "Sloped"};
-  return names[static_cast<std::size_t>(toy.height)] + (toy.hazards ? "WithHazards" : "");
-}
-
 class GuidedTest : public ::testing::TestWithParam<TwoModes> {};
 INSTANTIATE_TEST_SUITE_P(Toys, GuidedTest, ::testing::ValuesIn(all_two_modes()),
                          [](const auto& tested) { return name_of(tested.param); });
 
 TEST_P(GuidedTest, IsExact) {
   const Truth truth = truth_of(GetParam(), 1'000'000, 401);
-  EXPECT_LT(largest_t(runs_of(guided(GetParam()), with_seed(402), 30'000), truth), kLargestT);
+  EXPECT_LT(largest_t(runs_of(guided(GetParam()), guided_settings(402), 30'000), truth), kLargestT);
 }
 
 TEST_P(GuidedTest, SoftStretchesReachWhatItsKernelsDoNot) {
   const Truth truth = truth_of(GetParam(), 1'000'000, 403);
-  EXPECT_LT(largest_t(runs_of(guided(GetParam(), true), with_seed(404), 60'000), truth), kLargestT);
+  EXPECT_LT(largest_t(runs_of(guided(GetParam(), true), guided_settings(404), 60'000), truth), kLargestT);
 }
 
 TEST_P(GuidedTest, EarlyRejectionChangesNothingButTheWork) {
   const TwoModes toy = guided(GetParam());
-  expect_early_rejection_changes_nothing(toy, with_seed(405), 6000);
+  expect_early_rejection_changes_nothing(toy, guided_settings(405), 6000);
 }
 
 TEST_P(GuidedTest, LearningWeighsNothing) {
-  expect_learning_weighs_nothing(guided(GetParam()), with_seed(406), 40'000);
+  expect_learning_weighs_nothing(guided(GetParam()), guided_settings(406), 40'000);
 }
 
 TEST_P(GuidedTest, ResumedEqualsUninterrupted) {
-  expect_resumes(guided(GetParam()), with_seed(407), 4000, [](int) { return true; });
+  expect_resumes(guided(GetParam()), guided_settings(407), 4000, [](int) { return true; });
 }
 
 // --- Metropolis mixes the soft kernels with the world's table ----------------------------------------
@@ -183,18 +178,18 @@ TEST(Guided, MetropolisTakesATenthOfItsIterationsFromTheTable) {
 TEST(Guided, DamagedCheckpointsAreRefused) {
   const TwoModes toy = guided({.height = Height::sloped});
   for (const int iterations : {0, 1, 200, 1500}) {
-    Chain chain(toy.target(), with_seed(408));
+    Chain chain(toy.target(), guided_settings(408));
     ToySimulator simulator = toy.simulator();
     for (int i = 0; i < iterations; ++i)
       chain.step(simulator);
-    expect_survives_damage(toy, with_seed(408), chain.checkpoint(), 1);
+    expect_survives_damage(toy, guided_settings(408), chain.checkpoint(), 1);
   }
 }
 
 TEST(Guided, WhatItMetLastIsNotShownBeforeItIsNoted) {
   // Samples come at fixed intervals; between them the walk moves on unseen.
   const TwoModes toy = guided({});
-  Chain chain(toy.target(), with_seed(409));
+  Chain chain(toy.target(), guided_settings(409));
   ToySimulator simulator = toy.simulator();
   while (chain.counts().iteration == 0 || chain.counts().is_learning)
     chain.step(simulator);

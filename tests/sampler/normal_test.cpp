@@ -7,10 +7,10 @@
 
 #include <gtest/gtest.h>
 
-namespace retake {
-namespace {
+#include "tests/sampler/toys.h"
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+namespace retake::tests {
+namespace {
 
 TEST(Normal, QuantileHasKnownValues) {
   const struct {
@@ -87,4 +87,4 @@ TEST(Normal, QuantileAtAndBeyondTheEnds) {
 }
 
 }  // namespace
-}  // namespace retake
+}  // namespace retake::tests

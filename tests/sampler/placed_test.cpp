@@ -61,14 +61,12 @@ std::vector<Case> all_cases() {
   return cases;
 }
 
-ChainSettings with_seed(std::uint64_t seed) {
+ChainSettings placed_settings(std::uint64_t seed) {
   return {.seed = seed, .method = Method::conditional};
 }
 
 std::string name_of(const Case& tested) {
-  const std::string names[] = {"Level", "Stepped", "Sloped"};
-  return names[static_cast<std::size_t>(tested.toy.height)] + (tested.toy.hazards ? "WithHazards" : "") +
-         (tested.plays_roulette ? "AndRoulette" : "");
+  return name_of(tested.toy) + (tested.plays_roulette ? "AndRoulette" : "");
 }
 
 class PlacedTest : public ::testing::TestWithParam<Case> {};
@@ -77,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(Toys, PlacedTest, ::testing::ValuesIn(all_cases()),
 
 TEST_P(PlacedTest, IsExact) {
   const Truth truth = truth_of(GetParam().toy, 1'000'000, 501);
-  EXPECT_LT(largest_t(runs_of(placed(GetParam()), with_seed(502), 30'000), truth), kLargestT);
+  EXPECT_LT(largest_t(runs_of(placed(GetParam()), placed_settings(502), 30'000), truth), kLargestT);
 }
 
 /// Of toys whose simulations all end: whether they do may not depend on what is placed.
@@ -90,7 +88,7 @@ TEST_P(PlacedOddsTest, AreThoseOfThePrior) {
   const TwoModes toy = placed(tested);
   std::vector<double> said;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    Chain chain(toy.target(), with_seed(504 + seed));
+    Chain chain(toy.target(), placed_settings(504 + seed));
     ToySimulator simulator = toy.simulator();
     for (int i = 0; i < 20'000; ++i)
       chain.step(simulator);
@@ -102,17 +100,17 @@ TEST_P(PlacedOddsTest, AreThoseOfThePrior) {
 }
 
 TEST_P(PlacedTest, ResumedEqualsUninterrupted) {
-  expect_resumes(placed(GetParam()), with_seed(530), 6000, [](int i) { return i % 7 == 0 || i > 3900; });
+  expect_resumes(placed(GetParam()), placed_settings(530), 6000, [](int i) { return i % 7 == 0 || i > 3900; });
 }
 
 TEST(Placed, DamagedCheckpointsAreRefused) {
   const TwoModes toy = placed({.toy = {}, .plays_roulette = true});
   for (const int iterations : {0, 50, 5000}) {
-    Chain chain(toy.target(), with_seed(531));
+    Chain chain(toy.target(), placed_settings(531));
     ToySimulator simulator = toy.simulator();
     for (int i = 0; i < iterations; ++i)
       chain.step(simulator);
-    expect_survives_damage(toy, with_seed(531), chain.checkpoint(), 3);
+    expect_survives_damage(toy, placed_settings(531), chain.checkpoint(), 3);
   }
 }
 
@@ -120,7 +118,7 @@ TEST(Placed, RouletteSavesWork) {
   std::vector<double> seconds;
   for (const bool plays_roulette : {false, true}) {
     const TwoModes toy = placed({.toy = {}, .plays_roulette = plays_roulette});
-    Chain chain(toy.target(), with_seed(532));
+    Chain chain(toy.target(), placed_settings(532));
     ToySimulator simulator = toy.simulator();
     for (int i = 0; i < 20'000; ++i)
       chain.step(simulator);

@@ -14,13 +14,8 @@ namespace {
 
 using Height = TwoModes::Height;
 
-ChainSettings with_seed(std::uint64_t seed) {
+ChainSettings tempering_settings(std::uint64_t seed) {
   return {.seed = seed, .method = Method::tempering};
-}
-
-std::string name_of(const TwoModes& toy) {
-  const std::string names[] = {"Level", "Stepped", "Sloped"};
-  return names[static_cast<std::size_t>(toy.height)] + (toy.hazards ? "WithHazards" : "");
 }
 
 class TemperingTest : public ::testing::TestWithParam<TwoModes> {};
@@ -29,26 +24,26 @@ INSTANTIATE_TEST_SUITE_P(Toys, TemperingTest, ::testing::ValuesIn(all_two_modes(
 
 TEST_P(TemperingTest, IsExactAndItsOddsCover) {
   const Truth truth = truth_of(GetParam(), 1'000'000, 401);
-  const auto runs = runs_of(GetParam(), with_seed(402), 40'000);
+  const auto runs = runs_of(GetParam(), tempering_settings(402), 40'000);
   EXPECT_LT(largest_t(runs, truth), kLargestT);
   // With a true coverage of 95 % fewer than 19 of 24 are seen with probability 1.3e-3.
   EXPECT_GE(covered(runs, OddsBasis::ladder, truth.probability), 19);
 }
 
 TEST_P(TemperingTest, EarlyRejectionChangesNothingButTheWork) {
-  expect_early_rejection_changes_nothing(GetParam(), with_seed(404), 20'000);
+  expect_early_rejection_changes_nothing(GetParam(), tempering_settings(404), 20'000);
 }
 
 TEST_P(TemperingTest, LearningWeighsNothing) {
-  expect_learning_weighs_nothing(GetParam(), with_seed(405), 40'000);
+  expect_learning_weighs_nothing(GetParam(), tempering_settings(405), 40'000);
 }
 
 TEST_P(TemperingTest, ResumedEqualsUninterrupted) {
-  expect_resumes(GetParam(), with_seed(406), 8000, [](int i) { return i < 4000 || i % 7 == 0; });
+  expect_resumes(GetParam(), tempering_settings(406), 8000, [](int i) { return i < 4000 || i % 7 == 0; });
 }
 
 TEST_P(TemperingTest, KeepsSamplesOfEveryReplicaWhereTheSatisfiedSetIsLevelElseOfTheLast) {
-  Chain chain(GetParam().target(), with_seed(407));
+  Chain chain(GetParam().target(), tempering_settings(407));
   ToySimulator simulator = GetParam().simulator();
   std::vector<std::uint64_t> draws;  // a rung
   DrawWatcher watcher;
@@ -81,13 +76,13 @@ TEST_P(TemperingTest, KeepsSamplesOfEveryReplicaWhereTheSatisfiedSetIsLevelElseO
 
 TEST(Tempering, TheLastDrawOfEachSeedIsADrawOfTheTarget) {
   for (const Height height : {Height::level, Height::stepped, Height::sloped})
-    expect_last_draws_are_exact(height, with_seed(4100), 200, 600);
+    expect_last_draws_are_exact(height, tempering_settings(4100), 200, 600);
 }
 
 TEST(SlowTempering, IsExact) {
   for (const TwoModes& toy : all_two_modes()) {
     const Truth truth = truth_of(toy, 20'000'000, 411);
-    const auto runs = runs_of(toy, with_seed(412), 500'000);
+    const auto runs = runs_of(toy, tempering_settings(412), 500'000);
     EXPECT_LT(largest_t(runs, truth), kLargestT) << name_of(toy);
     EXPECT_GE(covered(runs, OddsBasis::ladder, truth.probability), 19) << name_of(toy);
   }
@@ -95,15 +90,15 @@ TEST(SlowTempering, IsExact) {
 
 TEST(SlowTempering, TheLastDrawOfEachSeedIsADrawOfTheTarget) {
   for (const Height height : {Height::level, Height::stepped, Height::sloped})
-    expect_last_draws_are_exact(height, with_seed(413'000), 1500, 1500);
+    expect_last_draws_are_exact(height, tempering_settings(413'000), 1500, 1500);
 }
 
 TEST(Tempering, GivesThePriorBackWhenEverythingSatisfies) {
-  expect_the_prior_back(with_seed(421), kSeeds, 6000);
+  expect_the_prior_back(tempering_settings(421), kSeeds, 6000);
 }
 
 TEST(Tempering, ThrowsWhereThePriorIsNowhereInItsSupport) {
-  expect_nowhere_throws(with_seed(422));
+  expect_nowhere_throws(tempering_settings(422));
 }
 
 TEST(Tempering, ConstantsOfTheConstraintDoNotMatter) {
@@ -113,7 +108,7 @@ TEST(Tempering, ConstantsOfTheConstraintDoNotMatter) {
   for (const double less : {50.0, 1000.0}) {
     std::vector<Said> runs;
     for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-      Chain chain(toy.target(), with_seed(425 + seed));
+      Chain chain(toy.target(), tempering_settings(425 + seed));
       const LogConstraint plain = toy.log_constraint();
       ToySimulator simulator([&](const State& state) { return plain(state) - less; });
       simulator.satisfies = [](const State& state) { return TwoModes::part(state) != 0; };
@@ -133,7 +128,7 @@ TEST(Tempering, ConstantsOfTheConstraintDoNotMatter) {
 
 TEST(Tempering, TheTunedLadderRejectsAlikeAndCountsItsSwaps) {
   for (const TwoModes& toy : all_two_modes()) {
-    Chain chain(toy.target(), with_seed(431));
+    Chain chain(toy.target(), tempering_settings(431));
     ToySimulator simulator = toy.simulator();
     while (chain.counts().is_learning)
       chain.step(simulator);
@@ -166,7 +161,7 @@ TEST(Tempering, ALadderReachesAWishThatThePriorDoesNotFind) {
   const double half_x = 0.15 / 130, half_y = 0.075 / 130;
   const double probability = (normal_cdf(-0.85 + half_x) - normal_cdf(-0.85 - half_x)) * 2 * half_y;
   ASSERT_LT(probability, 1e-6);
-  const auto runs = runs_of(toy, with_seed(432), 300'000, 8);
+  const auto runs = runs_of(toy, tempering_settings(432), 300'000, 8);
   // The slope is N(0.25, 1/2): of functions() the fourth.
   std::vector<double> slopes;
   for (const Said& run : runs)
@@ -181,7 +176,7 @@ TEST(Tempering, ALadderReachesAWishThatThePriorDoesNotFind) {
 
 TEST(Tempering, DamagedCheckpointsAreRefusedInEveryStage) {
   const TwoModes toy{.height = Height::sloped, .hazards = true};
-  Chain chain(toy.target(), with_seed(441));
+  Chain chain(toy.target(), tempering_settings(441));
   ToySimulator simulator = toy.simulator();
   std::vector<std::string> checkpoints{chain.checkpoint()};
   while (chain.counts().iteration < 20'000) {
@@ -193,7 +188,7 @@ TEST(Tempering, DamagedCheckpointsAreRefusedInEveryStage) {
   EXPECT_FALSE(chain.counts().is_learning);
   checkpoints.push_back(chain.checkpoint());
   for (const std::string& bytes : checkpoints)
-    expect_survives_damage(toy, with_seed(441), bytes, 3);
+    expect_survives_damage(toy, tempering_settings(441), bytes, 3);
 }
 
 }  // namespace

@@ -19,13 +19,6 @@ inline constexpr double kFails = kAbsent;  ///< a toy's log_constraint where its
 
 using LogConstraint = std::function<double(const State&)>;
 
-inline double& at(State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-inline double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-
 /// Scores by a function, whose value is also its one measure. Stops early wherever it is allowed to, and then
 /// leaves a Score that would be tempting to read.
 class ToySimulator final : public Simulator {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "sampler/chain.h"
@@ -110,6 +111,12 @@ inline std::vector<TwoModes> all_two_modes() {
     for (const auto height : {TwoModes::Height::level, TwoModes::Height::stepped, TwoModes::Height::sloped})
       toys.push_back({.height = height, .hazards = hazards});
   return toys;
+}
+
+/// As a test is called with it.
+inline std::string name_of(const TwoModes& toy) {
+  const std::string names[] = {"Level", "Stepped", "Sloped"};
+  return names[static_cast<std::size_t>(toy.height)] + (toy.hazards ? "WithHazards" : "");
 }
 
 /// Means of functions over p(A | satisfied), with standard errors, and P(satisfied).

@@ -107,9 +107,17 @@ const settled = async () => {
   await page.waitForFunction(() => [...document.querySelectorAll(".uplot")].every((plot) => !plot.checkVisibility() || plot.offsetWidth === plot.parentElement.clientWidth));
 };
 
+/** Captions are set anew until all that they tell of is known. */
+const said = () =>
+  page.evaluate(async () => {
+    for (let before; before !== document.body.innerText; await new Promise((resolve) => setTimeout(resolve, 150))) before = document.body.innerText;
+  });
+
 /** A window as high as what is in it, so that all of it is seen; the large view fills any window by itself. */
 async function fit({ width, height }) {
   await page.setViewportSize({ width, height });
+  if (width === WINDOWS[0].width) await said();
+  await settled();
   const whole = await page.evaluate(() => {
     const dialog = [...document.querySelectorAll("dialog:modal")].at(-1);
     if (dialog) return { dialog: true, height: dialog.matches(".player") ? 0 : dialog.scrollHeight + 40 };
@@ -152,12 +160,12 @@ const faultsOfAxe = (rules) =>
 /**
  * Against the kept picture, without what is drawn in three dimensions. A dialog is as wide on the widest screen as on a
  * desk, so it is kept once. Code is set in the page's own typeface: the page ships no other, and machines differ in
- * theirs.
+ * theirs. Whether what is focused has a ring depends on what was last touched, so rings are left out.
  */
 async function differs(name, { width, scale }) {
   const clip = await page.evaluate((margin) => {
     const sheet = new CSSStyleSheet();
-    sheet.replaceSync(".stage { visibility: hidden } code, pre, textarea, .fault-place { font-family: Inter !important } * { caret-color: transparent !important }");
+    sheet.replaceSync(".stage { visibility: hidden } code, pre, textarea, .fault-place { font-family: Inter !important } * { caret-color: transparent !important; outline-color: transparent !important }");
     document.adoptedStyleSheets.push(sheet);
     const dialog = [...document.querySelectorAll("dialog.sheet:modal")].at(-1);
     if (!dialog) return { x: 0, y: 0, width: innerWidth, height: innerHeight };

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/sampler/statistics.h"
-#include "tests/worlds/dice_fixture.h"
+#include "tests/worlds/dice/fixture.h"
 #include "worlds/impulse/sphere.h"
 
 namespace retake::tests {

@@ -29,10 +29,6 @@ enum Index : std::size_t {
   kModernCount,
 };
 
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-
 std::size_t ball_variables(ReleaseStyle style) {
   return style == ReleaseStyle::paper ? kPaperCount : kModernCount;
 }

@@ -19,9 +19,6 @@ using Eigen::Vector3d;
 
 constexpr double kLongestRoll = 4;  // [s] after the last start; chosen: dice take 0.65
 
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
 Vector3d vector_at(const State& state, std::size_t first) {
   return state.segment<3>(static_cast<Eigen::Index>(first));
 }

@@ -24,12 +24,6 @@ constexpr double kImpossible = -std::numeric_limits<double>::infinity();
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 constexpr double kLeastSurvival = 0.02;  // chosen: nothing weighs more than 50 times what it would
 
-double& at(State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
 constexpr std::size_t kLaunchVariables = 13;
 
 /// A step of pCN: of a Gaussian's deviations.

@@ -14,13 +14,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-double& at(State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-
 class DiceGuide final : public Guide {
  public:
   explicit DiceGuide(Known known) : known_(std::move(known)) {

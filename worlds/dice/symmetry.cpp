@@ -20,13 +20,6 @@ using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
 
-double& at(State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-
 /// (along, across) of a direction: turns `vector` by the angle of `heading`, a unit vector.
 Vector2d turned(const Vector2d& vector, const Vector2d& heading) {
   return {heading.x() * vector.x() - heading.y() * vector.y(),

@@ -10,7 +10,7 @@
 namespace retake::dice {
 namespace {
 
-constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kNeverLeaves = std::numeric_limits<std::int64_t>::max();
 
 const Override* given(const TableContent& content, GridPlace place) {
   const auto found =
@@ -102,7 +102,7 @@ void Tumbler::begin(const TumbleScene& scene, const Tumble* record, Tumble* run)
     const bool follows = record && record->scene.dice.size() == courses_.size();
     if (follows) {
       courses_[die].followed = record->paths[die].get();
-      courses_[die].leaves = first_difference(table_.settings(), scene, *record, die).value_or(kNever);
+      courses_[die].leaves = first_difference(table_.settings(), scene, *record, die).value_or(kNeverLeaves);
     } else {
       courses_[die].path = take_spare();
       courses_[die].path->launch_step = scene.dice[die].step;

@@ -11,10 +11,6 @@
 namespace retake::spelling {
 namespace {
 
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-
 std::vector<Variable> variables(const Box& box, std::size_t marbles) {
   std::vector<Variable> all;
   const Rectangle area = box.drop_area();

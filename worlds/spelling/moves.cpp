@@ -16,13 +16,6 @@ using Eigen::Vector2d;
 
 constexpr double kAnywhere = 0.1;  // share of drops that the table has no say in
 
-double& at(State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-
 /// So many different numbers below `count`, in random order.
 std::vector<std::size_t> choose(std::size_t many, std::size_t count, RandomStream& random) {
   std::vector<std::size_t> all(count);

@@ -9,13 +9,6 @@
 namespace retake::spelling {
 namespace {
 
-double& at(State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-
 /// log p_w of the Variables before `end` that are present.
 double log_prior_before(const Model& model, const State& state, std::size_t end) {
   double sum = 0;

@@ -42,7 +42,7 @@ double FaceUp::upper_bound(const Animation& so_far) const {
 
 namespace {
 
-std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term, const Parameters& model,
+std::unique_ptr<const Term> make_face_up(const Setting& setting, const Parameters& term, const Parameters& model,
                                  std::string_view pointer, std::vector<Fault>& faults) {
   const std::string place = append_pointer(pointer, "body");
   const Roster roster = setting.roster(model);
@@ -83,7 +83,7 @@ TermKind face_up_term(const Setting& setting) {
   return {.kind = "face_up",
           .summary = "A body comes to rest with one of its sides up",
           .parameters = std::move(fields),
-          .make = [setting](auto&&... rest) { return make(setting, rest...); },
+          .make = [setting](auto&&... rest) { return make_face_up(setting, rest...); },
           .fit = fit_body(setting),
           .sentence =
               [](const Parameters& term, const Parameters&) {

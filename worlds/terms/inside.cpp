@@ -125,7 +125,7 @@ std::shared_ptr<const ParameterTable> box_fields() {
                              corner("high", "The corner with the greatest x, y and z")});
 }
 
-std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term, const Parameters& model,
+std::unique_ptr<const Term> make_inside(const Setting& setting, const Parameters& term, const Parameters& model,
                                  std::string_view pointer, std::vector<Fault>& faults) {
   find_mover(setting.roster(model), term.text("body"), append_pointer(pointer, "body"), faults);
   const std::vector<double> low = term.object("box").number_list("low"),
@@ -146,7 +146,7 @@ std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term,
 
 constexpr double kToTheEnd = 3600;  // [s], the default of `to`
 
-std::string sentence(const Parameters& term, const Parameters&) {
+std::string inside_sentence(const Parameters& term, const Parameters&) {
   const std::vector<double> low = term.object("box").number_list("low"),
                             high = term.object("box").number_list("high");
   std::string text = body_in_words(term.text("body")) + " stays between " + in_words(low) + " m and " +
@@ -179,9 +179,9 @@ TermKind inside_term(const Setting& setting) {
   return {.kind = "inside",
           .summary = "A body stays in a box for a while",
           .parameters = std::move(fields),
-          .make = [setting](auto&&... rest) { return make(setting, rest...); },
+          .make = [setting](auto&&... rest) { return make_inside(setting, rest...); },
           .fit = fit_body(setting),
-          .sentence = sentence};
+          .sentence = inside_sentence};
 }
 
 }  // namespace retake::terms

@@ -127,7 +127,7 @@ Event read_event(const Roster& roster, const Parameters& given, const std::strin
   return event;
 }
 
-std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term, const Parameters& model,
+std::unique_ptr<const Term> make_order(const Setting& setting, const Parameters& term, const Parameters& model,
                                  std::string_view pointer, std::vector<Fault>& faults) {
   const Roster roster = setting.roster(model);
   const std::string list = append_pointer(pointer, "events");
@@ -145,7 +145,7 @@ std::string event_in_words(const Parameters& event) {
   return body_in_words(body) + " touches " + (with == kAnyBody ? "something" : body_in_words(with));
 }
 
-std::string sentence(const Parameters& term, const Parameters&) {
+std::string order_sentence(const Parameters& term, const Parameters&) {
   std::string text;
   for (const Parameters& event : term.object_list("events"))
     text += (text.empty() ? "" : ", then ") + event_in_words(event);
@@ -184,8 +184,8 @@ TermKind order_term(const Setting& setting) {
   return {.kind = "order",
           .summary = "Events happen one after the other: contacts, rests, falls",
           .parameters = std::move(fields),
-          .make = [setting](auto&&... rest) { return make(setting, rest...); },
-          .sentence = sentence};
+          .make = [setting](auto&&... rest) { return make_order(setting, rest...); },
+          .sentence = order_sentence};
 }
 
 }  // namespace retake::terms

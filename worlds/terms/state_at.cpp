@@ -107,7 +107,7 @@ std::optional<Aim> read_aim(const Parameters& term, const std::string& name, dou
   return Aim{.value = {given[0], given[1], given[2]}, .sd = sd, .tolerance = tolerance};
 }
 
-std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term, const Parameters& model,
+std::unique_ptr<const Term> make_state_at(const Setting& setting, const Parameters& term, const Parameters& model,
                                  std::string_view pointer, std::vector<Fault>& faults) {
   const std::size_t faults_before = faults.size();
   find_mover(setting.roster(model), term.text("body"), append_pointer(pointer, "body"), faults);
@@ -121,7 +121,7 @@ std::unique_ptr<const Term> make(const Setting& setting, const Parameters& term,
                                          std::move(velocity));
 }
 
-std::string sentence(const Parameters& term, const Parameters&) {
+std::string state_at_sentence(const Parameters& term, const Parameters&) {
   const std::vector<double> position = term.number_list("position"), velocity = term.number_list("velocity");
   std::vector<std::string> state;
   if (!position.empty()) state.push_back("is at " + in_words(position) + " m");
@@ -145,9 +145,9 @@ TermKind state_at_term(const Setting& setting) {
   return {.kind = "state_at",
           .summary = "A body is near a place, or near a velocity, at a time",
           .parameters = std::move(fields),
-          .make = [setting](auto&&... rest) { return make(setting, rest...); },
+          .make = [setting](auto&&... rest) { return make_state_at(setting, rest...); },
           .fit = fit_body(setting),
-          .sentence = sentence};
+          .sentence = state_at_sentence};
 }
 
 }  // namespace retake::terms

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "sampler/chain.h"
-#include "tests/worlds/dice_fixture.h"
+#include "tests/worlds/dice/fixture.h"
 #include "worlds/dice/proposals.h"
 #include "worlds/dice/throw.h"
 #include "worlds/dice/view.h"
@@ -20,10 +20,6 @@ namespace retake::tests {
 namespace {
 
 using Eigen::Vector3d;
-
-double& at(State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
 
 json document(json model, json constraints) {
   return {{"world", "dice"}, {"model", std::move(model)}, {"constraints", std::move(constraints)}};

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/worlds/dice_fixture.h"
+#include "tests/worlds/dice/fixture.h"
 #include "worlds/dice/placement.h"
 
 namespace retake::tests {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/worlds/dice_fixture.h"
+#include "tests/worlds/dice/fixture.h"
 
 namespace retake::tests {
 namespace {

@@ -31,13 +31,6 @@ struct Marbles {
   }
 };
 
-double at(const State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-double& at(State& state, std::size_t variable) {
-  return state[static_cast<Eigen::Index>(variable)];
-}
-
 TEST(SpellingMarbles, AStateHasASwitchAndADropAMarbleAndAnOffsetAVertexGroup) {
   const Marbles marbles;
   EXPECT_EQ(marbles.model.group_count(), 96u) << "two at each of 8 x 6 crossings";

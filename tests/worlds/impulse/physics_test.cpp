@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/sampler/statistics.h"
-#include "tests/worlds/impulse_fixture.h"
+#include "tests/worlds/impulse/fixture.h"
 #include "worlds/impulse/contact_step.h"
 
 namespace retake::tests {

@@ -1,5 +1,5 @@
 // The 2D ball's physics: closed forms, and that score mode, frames and events tell the same story.
-// ball2d_sampling_test.cpp has figure 2 and the exactness of the chains.
+// sampling_test.cpp has figure 2 and the exactness of the chains.
 #include <cmath>
 #include <numbers>
 #include <vector>

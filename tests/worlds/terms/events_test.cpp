@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/worlds/terms_fixture.h"
+#include "tests/worlds/terms/fixture.h"
 
 namespace retake::tests {
 namespace {

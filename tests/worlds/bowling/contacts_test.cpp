@@ -139,7 +139,7 @@ TEST(BowlingContacts, BallAndPinTouchWhereTheirSurfacesDo) {
     ++touching;
     ASSERT_EQ(contacts.list().size(), 1u);
     const Contact& contact = contacts.list()[0];
-    EXPECT_EQ(contact.with, Surface::pin);
+    EXPECT_EQ(contact.with, bowling::Surface::pin);
     EXPECT_NEAR(contact.normal.norm(), 1, 1e-12);
     EXPECT_NEAR(contact.gap, gap, 1e-5);
     EXPECT_LE(contact.gap, gap + 1e-12);
@@ -176,7 +176,7 @@ struct Plane {
   Vector3d normal;
   double offset;
   Vector3d low, high;  ///< where the pin's centre is
-  Surface with;
+  bowling::Surface with;
   double seen;  ///< [m], the gap below which a contact is reported
 };
 
@@ -184,11 +184,11 @@ TEST(BowlingContacts, PinsTouchPlanesAtTheirLowestPoints) {
   const Vector3d up = Vector3d::UnitY();
   const double far = 0.28;  // from edges, more than a pin reaches
   const std::vector<Plane> planes = {
-      {"lane", up, 0, {-1, 0, -0.2}, {kDeckEnd - far, 0, 0.2}, Surface::lane, kLaneGap},
-      {"pit", up, kPitFloor, {1.2, 0, -0.4}, {1.25, 0, 0.4}, Surface::pit, kLaneGap},
-      {"left wall", Vector3d::UnitZ(), -kWall, {0.4, 0.4, 0}, {0.8, 0.5, 0}, Surface::wall, kHitGap},
-      {"right wall", -Vector3d::UnitZ(), -kWall, {0.4, 0.4, 0}, {0.8, 0.5, 0}, Surface::wall, kHitGap},
-      {"cushion", -Vector3d::UnitX(), -kCushion, {0, 0.4, -0.4}, {0, 0.5, 0.4}, Surface::cushion, kHitGap}};
+      {"lane", up, 0, {-1, 0, -0.2}, {kDeckEnd - far, 0, 0.2}, bowling::Surface::lane, kLaneGap},
+      {"pit", up, kPitFloor, {1.2, 0, -0.4}, {1.25, 0, 0.4}, bowling::Surface::pit, kLaneGap},
+      {"left wall", Vector3d::UnitZ(), -kWall, {0.4, 0.4, 0}, {0.8, 0.5, 0}, bowling::Surface::wall, kHitGap},
+      {"right wall", -Vector3d::UnitZ(), -kWall, {0.4, 0.4, 0}, {0.8, 0.5, 0}, bowling::Surface::wall, kHitGap},
+      {"cushion", -Vector3d::UnitX(), -kCushion, {0, 0.4, -0.4}, {0, 0.5, 0.4}, bowling::Surface::cushion, kHitGap}};
   RandomStream random = stream(212);
   for (const Plane& plane : planes) {
     int touching = 0, apart = 0;
@@ -281,7 +281,7 @@ TEST(BowlingContacts, PinsOverTheEdgeNeverTouchFromAfar) {
     for (const Vector3d& point : surface(pin, 0.002))
       nearest = std::min(nearest, distance_from_lane(point));
     for (const Contact& contact : contacts.list()) {
-      if (contact.with != Surface::lane) continue;
+      if (contact.with != bowling::Surface::lane) continue;
       ++claimed;
       // The surface is sampled every 2 mm: over an edge the nearest point is missed by 0.4 mm at most.
       EXPECT_LT(nearest, kLaneGap + 4e-4) << "pose " << i;
@@ -300,27 +300,27 @@ TEST(BowlingContacts, BallsTouchLaneEdgeGutterAndWall) {
     return contacts.list().empty() ? Contact{} : contacts.list()[0];
   };
   const Contact lane = only({-3, r - 0.001, 0.2});
-  EXPECT_EQ(lane.with, Surface::lane);
+  EXPECT_EQ(lane.with, bowling::Surface::lane);
   EXPECT_NEAR(lane.gap, -0.001, 1e-12);
   EXPECT_EQ(lane.normal, Vector3d::UnitY());
   // Half over the edge, a third of its radius above: the edge pushes it out and up.
   const double out = 0.09;
   const Contact edge = only({-3, 0.05, -kLaneHalfWidth - out});
-  EXPECT_EQ(edge.with, Surface::lane);
+  EXPECT_EQ(edge.with, bowling::Surface::lane);
   EXPECT_NEAR(edge.gap, std::hypot(out, 0.05) - r, 1e-12);
   EXPECT_LT((edge.point - Vector3d(-3, 0, -kLaneHalfWidth)).norm(), 1e-12);
   EXPECT_LT((edge.normal - Vector3d(0, 0.05, -out).normalized()).norm(), 1e-12);
   const Contact gutter = only({-3, r - kGutterDepth, kLaneHalfWidth + 0.11});
-  EXPECT_EQ(gutter.with, Surface::gutter);
+  EXPECT_EQ(gutter.with, bowling::Surface::gutter);
   EXPECT_NEAR(gutter.gap, 0, 1e-12);
   const Contact wall = only({-3, 0.4, kWall - r + 0.002});
-  EXPECT_EQ(wall.with, Surface::wall);
+  EXPECT_EQ(wall.with, bowling::Surface::wall);
   EXPECT_NEAR(wall.gap, -0.002, 1e-12);
   EXPECT_EQ(wall.normal, Vector3d(0, 0, -1));
   const Contact cushion = only({kCushion - r, 0.4, 0}, true);
-  EXPECT_EQ(cushion.with, Surface::cushion);
+  EXPECT_EQ(cushion.with, bowling::Surface::cushion);
   EXPECT_EQ(cushion.normal, Vector3d(-1, 0, 0));
-  EXPECT_EQ(only({1.3, kPitFloor + r, 0}, true).with, Surface::pit);
+  EXPECT_EQ(only({1.3, kPitFloor + r, 0}, true).with, bowling::Surface::pit);
   Contacts none;
   find_ball_and_lane({1.3, kPitFloor + r, 0}, r, {}, none);
   find_ball_and_lane({-3, r + 0.0011, 0}, r, {}, none);
@@ -395,7 +395,7 @@ TEST(BowlingContacts, PinsTouchPinsWithinTwoMillimetresOfTheirSurfaces) {
     ++touching;
     const Contact& contact = contacts.list()[0];
     EXPECT_NEAR(contact.normal.norm(), 1, 1e-12);
-    EXPECT_EQ(contact.with, Surface::pin);
+    EXPECT_EQ(contact.with, bowling::Surface::pin);
     EXPECT_GT(contact.gap, nearest.gap - 2e-4) << "inscribed spheres do not overlap more than the pins";
     // The normal pushes the first pin away from the second.
     const PinPlace moved{first.centre + 0.001 * contact.normal, first.axis};

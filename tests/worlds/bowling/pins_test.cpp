@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/worlds/bowling_fixture.h"
+#include "tests/worlds/bowling/fixture.h"
 #include "worlds/bowling/pins.h"
 
 namespace retake::tests {

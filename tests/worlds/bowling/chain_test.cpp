@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "sampler/chain.h"
-#include "tests/worlds/bowling_fixture.h"
+#include "tests/worlds/bowling/fixture.h"
 
 namespace retake::tests {
 namespace {

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/worlds/bowling_fixture.h"
+#include "tests/worlds/bowling/fixture.h"
 #include "worlds/bowling/deck.h"
 
 namespace retake::tests {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "sampler/chain.h"
-#include "tests/worlds/dice_fixture.h"
+#include "tests/worlds/dice/fixture.h"
 #include "worlds/dice/tumble.h"
 #include "worlds/scenario.h"
 

@@ -1,5 +1,5 @@
-// See impulse_fixture.h.
-#include "tests/worlds/impulse_fixture.h"
+// See fixture.h.
+#include "tests/worlds/impulse/fixture.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/worlds/bowling_fixture.h"
+#include "tests/worlds/bowling/fixture.h"
 
 namespace retake::tests {
 namespace {

@@ -11,12 +11,13 @@
 #include <gtest/gtest.h>
 
 #include "tests/sampler/statistics.h"
-#include "tests/worlds/impulse_fixture.h"
+#include "tests/worlds/impulse/fixture.h"
 
 namespace retake::tests {
 namespace {
 
-using namespace impulse;
+using impulse::SurfaceContacts;
+using impulse::TriangleMesh;
 using Eigen::Vector3d;
 using spelling::Box;
 using spelling::Tessellation;

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/sampler/statistics.h"
-#include "tests/worlds/impulse_fixture.h"
+#include "tests/worlds/impulse/fixture.h"
 #include "worlds/impulse/motion_writer.h"
 
 namespace retake::tests {

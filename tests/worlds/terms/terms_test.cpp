@@ -4,7 +4,7 @@
 #include <map>
 #include <vector>
 
-#include "tests/worlds/terms_fixture.h"
+#include "tests/worlds/terms/fixture.h"
 
 namespace retake::tests {
 namespace {

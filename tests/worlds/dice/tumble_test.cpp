@@ -2,7 +2,7 @@
 // depend on what ran before.
 #include <gtest/gtest.h>
 
-#include "tests/worlds/dice_fixture.h"
+#include "tests/worlds/dice/fixture.h"
 
 namespace retake::tests {
 namespace {

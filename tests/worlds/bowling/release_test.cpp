@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/worlds/bowling_fixture.h"
+#include "tests/worlds/bowling/fixture.h"
 #include "worlds/bowling/lane.h"
 
 namespace retake::tests {
