@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "worlds/bowling/lane.h"
+#include "worlds/gravity.h"
 
 namespace retake::bowling {
 namespace {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "db/store.h"
+#include "server/api/limits.h"
 #include "server/chains/event_hub.h"
 #include "server/chains/pilot.h"
 #include "server/chains/runner.h"
@@ -13,19 +14,6 @@
 #include "server/http/server.h"
 
 namespace retake {
-
-/// What a client may ask for at most; shown at /v1/limits.
-struct ServiceLimits {
-  std::uint64_t most_listed = 500;
-  std::uint64_t listed_by_default = 50;
-  std::uint64_t most_chains_per_request = 64;
-  std::uint64_t most_live_chains = 1024;
-  std::uint64_t most_trace_points = 100'000;  ///< a trace never holds so many
-  std::uint64_t most_frame_rate = 240;
-  std::uint64_t most_samples_per_scenario = 1'000'000;
-  std::uint64_t low_water = 0;  ///< a play that leaves fewer unseen samples starts chains again; 0: never
-  std::uint64_t refill = 100;   ///< samples that such a chain finds before it finishes
-};
 
 /// Everything that the routes work on. Outlives the server.
 struct Api {

@@ -47,7 +47,8 @@ void add_play_routes(HttpServer& server, Api& api) {
     BodyFields fields = BodyFields::parse(request.body);
     const std::string player = fields.text("player", kLongestPlayer).value_or("");
     const auto include = fields.choice("include", {"keyframes"});
-    const std::uint64_t low_water = fields.integer("low_water", 0, 1'000'000).value_or(api.limits.low_water);
+    const std::uint64_t low_water =
+        fields.integer("low_water", 0, ServiceLimits::kMostLowWater).value_or(api.limits.low_water);
     fields.finish();
     const auto header = request.headers.find("idempotency-key");
     const std::string key = header == request.headers.end() ? "" : header->second;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <deque>
 #include <future>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -35,8 +36,8 @@ class Runner {
 
   struct Settings {
     std::size_t threads = 2;
-    std::uint64_t most_samples_per_scenario =
-        1'000'000;  ///< chains end there, so that no wish fills the disk
+    /// Chains end there, so that no wish fills the disk.
+    std::uint64_t most_samples_per_scenario = std::numeric_limits<std::uint64_t>::max();
   };
   Runner(Store& store, ScenarioLibrary& library, EventHub& events, Settings settings);
   /// As drain().

@@ -23,7 +23,6 @@ namespace {
 
 constexpr std::uint64_t kLargestSeed = (std::uint64_t{1} << 53) - 1;
 constexpr std::uint64_t kLargestCount = (std::uint64_t{1} << 53) - 1;
-constexpr std::uint64_t kMostLowWater = 1'000'000;  // as in POST plays
 
 /// Accepts what `read` knows; it is the reader's place to know the names.
 template <typename Read>
@@ -97,16 +96,16 @@ void CommandLine::add_serve() {
   command->add_option("--allow-origin", options.allow_origins,
                       "Origins of other pages that may use the API, comma-separated");
   command
-      ->add_option("--max-samples", options.max_samples,
+      ->add_option("--max-samples", options.limits.most_samples_per_scenario,
                    "Samples a scenario may hold; its chains finish there")
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
   command
-      ->add_option("--low-water", options.low_water,
+      ->add_option("--low-water", options.limits.low_water,
                    "A play that leaves its player fewer unseen samples starts a chain again; 0: never")
       ->capture_default_str()
-      ->check(CLI::Range(std::uint64_t{0}, kMostLowWater));
-  command->add_option("--refill", options.refill, "Samples that such a chain finds")
+      ->check(CLI::Range(std::uint64_t{0}, ServiceLimits::kMostLowWater));
+  command->add_option("--refill", options.limits.refill, "Samples that such a chain finds")
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{1}, kLargestCount));
   command->footer("Example: retake serve --listen 127.0.0.1:8080 --store retake.db --threads 2");

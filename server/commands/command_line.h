@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "server/api/limits.h"
+
 namespace retake {
 
 /// Exit codes of the program.
@@ -29,9 +31,7 @@ struct ServeOptions {
   std::string token_file;
   std::string allow_hosts;    ///< comma-separated
   std::string allow_origins;  ///< comma-separated
-  std::uint64_t max_samples = 1'000'000;
-  std::uint64_t low_water = 0;
-  std::uint64_t refill = 100;
+  ServiceLimits limits;
 };
 Exit serve(const ServeOptions& options);
 

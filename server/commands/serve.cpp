@@ -137,21 +137,17 @@ Exit serve(const ServeOptions& options) {
   Store& store = *opened;
   ScenarioLibrary library(store);
   EventHub events;
-  ServiceLimits limits;
-  limits.most_samples_per_scenario = options.max_samples;
-  limits.low_water = options.low_water;
-  limits.refill = std::max<std::uint64_t>(options.refill, 1);
   const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
   Runner runner(store, library, events,
                 {.threads = options.threads == 0 ? cores : options.threads,
-                 .most_samples_per_scenario = options.max_samples});
+                 .most_samples_per_scenario = options.limits.most_samples_per_scenario});
   Pilot pilot(store, library, events);
   Api api{.store = store,
           .scenarios = library,
           .events = events,
           .runner = runner,
           .pilot = pilot,
-          .limits = limits,
+          .limits = options.limits,
           .server = server};
   add_all_routes(server, api);
   runner.resume_stored();

@@ -50,6 +50,16 @@ void RouteTable::add(std::string_view method, std::string_view pattern, HttpHand
   routes_.insert(place, std::move(route));
 }
 
+std::vector<std::pair<std::string, std::string>> RouteTable::list() const {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const Route& route : routes_) {
+    auto& [method, pattern] = all.emplace_back(route.method, "");
+    for (const std::string& segment : route.segments)
+      pattern += "/" + segment;
+  }
+  return all;
+}
+
 RouteTable::Match RouteTable::match(std::string_view method, std::string_view path) const {
   const std::vector<std::string> segments = segments_of(path);
   const std::string_view wanted = method == "HEAD" ? "GET" : method;

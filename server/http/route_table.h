@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "server/http/message.h"
@@ -16,6 +17,9 @@ class RouteTable {
  public:
   /// Requires: a pattern that begins with '/', not added before for this method.
   void add(std::string_view method, std::string_view pattern, HttpHandler handler);
+
+  /// Method and pattern of every route.
+  std::vector<std::pair<std::string, std::string>> list() const;
 
   struct Match {
     const HttpHandler* handler = nullptr;  ///< nullptr if the path is unknown or does not know the method

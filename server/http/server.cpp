@@ -208,6 +208,9 @@ HttpServer::~HttpServer() = default;
 void HttpServer::route(std::string_view method, std::string_view pattern, HttpHandler handler) {
   implementation_->routes().add(method, pattern, std::move(handler));
 }
+std::vector<std::pair<std::string, std::string>> HttpServer::routes() const {
+  return implementation_->routes().list();
+}
 int HttpServer::bind() {
   return implementation_->listener().bind();
 }

@@ -4,7 +4,10 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "server/http/message.h"
 #include "server/http/settings.h"
@@ -22,6 +25,9 @@ class HttpServer {
   /// `pattern` is a path whose {name} segments match one segment each: "/v1/scenarios/{id}/chains".
   /// A GET route serves HEAD too. A path with routes answers other methods with 405 and Allow.
   void route(std::string_view method, std::string_view pattern, HttpHandler handler);
+
+  /// Method and pattern of every route.
+  std::vector<std::pair<std::string, std::string>> routes() const;
 
   /// Binds and listens. Returns the port. Throws: std::runtime_error naming the address.
   int bind();

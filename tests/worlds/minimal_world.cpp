@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worlds/gravity.h"
 #include "worlds/recorder.h"
 #include "worlds/terms/terms.h"
 #include "worlds/words.h"
@@ -11,7 +12,7 @@
 namespace retake::tests {
 namespace {
 
-constexpr double kGravity = 9.81, kFrameRate = 60;    // [m/s^2], [frames/s]
+constexpr double kFrameRate = 60;                     // [frames/s]
 constexpr double kRadius = 0.08, kHalfHeight = 0.01;  // [m], chosen: easy to see
 constexpr double kMass = 0.3, kRestitution = 0.6;     // [kg], chosen: wood on felt
 constexpr std::size_t kPuck = 0, kCushion = 2;        // in Animation::bodies

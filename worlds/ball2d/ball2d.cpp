@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "worlds/ball2d/bounce.h"
+#include "worlds/gravity.h"
 #include "worlds/recorder.h"
 #include "worlds/terms/terms.h"
 
@@ -59,7 +60,7 @@ const ParameterTable& model_table() {
        .summary = "Factor of the normal velocity at a collision",
        .source = "5.1"},
       {.name = "gravity",
-       .default_value = 9.81,
+       .default_value = kGravity,
        .minimum = 0,
        .maximum = 1000,
        .above_minimum = true,

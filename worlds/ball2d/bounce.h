@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "worlds/gravity.h"
+
 namespace retake::ball2d {
 
 inline constexpr double kRadius = 0.5;  ///< [m]; the paper's D is 1 m
@@ -13,7 +15,7 @@ inline constexpr double kRadius = 0.5;  ///< [m]; the paper's D is 1 m
 struct BounceModel {
   double drop_height = 4.5;                  ///< [m] of the centre at rest above x = 0
   double restitution = 0.70710678118654752;  ///< of the normal component of the velocity
-  double gravity = 9.81;                     ///< [m/s^2]
+  double gravity = kGravity;                 ///< [m/s^2]
 };
 
 /// A hop: from a point with a velocity, for a while. `y` is the height of the centre.

@@ -10,7 +10,6 @@
 
 namespace retake::bowling {
 
-inline constexpr double kGravity = 9.81;           ///< [m/s^2]
 inline constexpr double kLaneHalfWidth = 0.52705;  ///< [m], 41.5 inches
 inline constexpr double kFoulLine = -18.288;       ///< [m], 60 feet before the head pin
 inline constexpr double kDeckEnd = 0.868;          ///< [m], the tail of the pin deck

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worlds/gravity.h"
+
 namespace retake::bowling {
 namespace {
 

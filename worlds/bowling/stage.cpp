@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "sampler/check.h"
+#include "worlds/gravity.h"
 
 namespace retake::bowling {
 namespace {

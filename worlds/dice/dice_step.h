@@ -11,13 +11,14 @@
 
 #include "worlds/dice/die.h"
 #include "worlds/dice/table.h"
+#include "worlds/gravity.h"
 
 namespace retake::dice {
 
 /// How contacts are resolved. Measured values were compared with finer steps; see README.md.
 struct EngineSettings {
   double time_step = 0.001;         ///< [s], measured: what rests where agrees from 1 kHz up
-  double gravity = 9.81;            ///< [m/s2], along -y
+  double gravity = kGravity;        ///< [m/s2], along -y
   int sweeps = 8;                   ///< over a step's contacts, at most; measured
   double restitution_speed = 0.1;   ///< [m/s]; slower contacts do not rebound; measured
   double separation = 0.4;          ///< share of an overlap that a step takes away; measured

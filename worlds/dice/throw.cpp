@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "worlds/dice/view.h"
+#include "worlds/gravity.h"
 #include "worlds/recorder.h"
 
 namespace retake::dice {
@@ -207,7 +208,6 @@ LookFeatures look_at(const DieState& start, const DieState& now, double rolls_on
 
 std::array<Look, 7> look_times(const DiceSettings& settings) {
   // After the mean time of the fall, 0.15 s with default settings; measured with those on 6,000 throws.
-  constexpr double kGravity = 9.81;
   constexpr std::array<Look, 7> kAfterFall = {{{0.03, 0.211, 0.031},
                                                {0.06, 0.184, 0.030},
                                                {0.09, 0.165, 0.029},

@@ -6,13 +6,15 @@
 
 #include <Eigen/Core>
 
+#include "worlds/gravity.h"
+
 namespace retake::impulse {
 
 /// What all spheres of a scene have in common, and how their contacts are resolved. The defaults are the
 /// marbles of appendix B; measured ones were compared with finer steps and with each other.
 struct Settings {
   double time_step = 0.001;          ///< [s], measured: what comes to rest where agrees from 1 kHz up
-  double gravity = 9.81;             ///< [m/s2], along -y
+  double gravity = kGravity;         ///< [m/s2], along -y
   double radius = 0.008;             ///< [m], chosen: marbles in bins of 20 mm
   double density = 2500;             ///< [kg/m3], glass
   double restitution = 0.5;          ///< of normal speeds above restitution_speed; chosen

@@ -8,12 +8,12 @@ namespace {
 using namespace test;
 
 TEST_F(ApiBadInput, Every_body_must_be_declared_as_JSON_and_be_of_bounded_length) {
-  for (const Route& route : kRoutes) {
+  for (const Route& route : routes()) {
     if (!route.methods.contains("POST")) continue;
     for (const std::string& type :
          std::vector<std::string>{"text/plain", "application/x-www-form-urlencoded", "application/jsonx", ""})
       expect_problem(daemon.ask("POST", filled(route.path), "{}", {{"Content-Type", type}}), 415,
-                     std::string(route.path) + " as " + type);
+                     route.path + " as " + type);
     const std::string long_body = "{\"title\":\"" + std::string(1 << 20, 'a') + "\"}";
     expect_problem(daemon.ask("POST", filled(route.path), long_body), 413, route.path);
   }
@@ -54,11 +54,11 @@ TEST_F(ApiBadInput, Every_route_with_a_body_refuses_what_is_not_a_decent_JSON_ob
       {"nested too deep", nested(32), 422, {deepest}},
       {"nested far too deep", nested(100000), 422, {deepest}},
   };
-  for (const Route& route : kRoutes) {
+  for (const Route& route : routes()) {
     if (!route.methods.contains("POST")) continue;
     for (const Case& each : cases)
       expect_faults(daemon.ask("POST", filled(route.path), each.body), each.status, each.pointers,
-                    std::string(route.path) + ": " + each.name);
+                    route.path + ": " + each.name);
   }
 }
 

@@ -9,6 +9,7 @@
 #include "tests/sampler/statistics.h"
 #include "tests/worlds/fixture.h"
 #include "worlds/ball2d/bounce.h"
+#include "worlds/gravity.h"
 
 namespace retake::tests {
 namespace {
@@ -16,7 +17,6 @@ namespace {
 using ball2d::Hop;
 using ball2d::kRadius;
 
-constexpr double kGravity = 9.81;
 const double kRestitution = 1 / std::numbers::sqrt2;
 
 struct Collision {

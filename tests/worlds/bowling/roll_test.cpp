@@ -11,6 +11,7 @@
 #include "tests/sampler/statistics.h"
 #include "worlds/bowling/deck.h"
 #include "worlds/bowling/roll.h"
+#include "worlds/gravity.h"
 
 namespace retake::tests {
 namespace {
