@@ -42,6 +42,12 @@ const hears = (page, text) => page.waitForFunction((wanted) => window.heard.some
 const isHidden = (page) => page.locator(".player").waitFor({ state: "hidden" });
 const frame = (page) => page.evaluate(() => document.querySelector("canvas.stage").toDataURL());
 
+/** What comes with the next frames. @param {() => Promise<boolean>} condition @param {string} what */
+async function soon(condition, what) {
+  for (const end = Date.now() + 5000; !(await condition()); await new Promise((resolve) => setTimeout(resolve, 50)))
+    if (Date.now() > end) assert.fail(what);
+}
+
 test("an address without a scenario shows an animation that plays, and a card for each world", async () => {
   const { page, faults, close } = await newPage(browser);
   await page.goto(program.address);
@@ -159,14 +165,14 @@ test("the open scenario is in view in the list, marked, and the page does not sc
     const isInView = () => current.evaluate((link) => {
       const { left, right, top, bottom } = link.getBoundingClientRect();
       const frame = link.closest(innerWidth < 860 ? "#scenario-list" : "nav").getBoundingClientRect();
-      return left >= frame.left && right <= frame.right && top >= frame.top && bottom <= Math.min(innerHeight, frame.bottom);
+      return left >= frame.left - 1 && right <= frame.right + 1 && top >= frame.top - 1 && bottom <= Math.min(innerHeight, frame.bottom) + 1;
     });
-    assert.ok(await isInView(), "after the page came");
+    await soon(isInView, "after the page came");
     assert.equal(await page.evaluate(() => scrollY), 0);
     assert.equal(await current.textContent().then((text) => text.startsWith("Number 0")), true);
     await page.evaluate(async (id) => (await import("/app/url_state.js")).go({ scenario: id }), ids[39]);
     await page.waitForFunction(() => document.querySelector('#scenario-list [aria-current="page"]').textContent.startsWith("Number 39"));
-    assert.ok(await isInView(), "after another one was opened");
+    await soon(isInView, "after another one was opened");
     assert.equal(await current.count(), 1);
     assert.deepEqual(faults, []);
     await close();
@@ -250,11 +256,11 @@ test("the way back from the large view leads to the gallery where it was", async
   await page.keyboard.press("Escape");
   await arrived(page, { sample: null, scenario: many, speed: "0.5" });
   await isHidden(page);
-  const inView = await page.locator(`.tile[data-sample="${last}"]`).evaluate((element) => {
+  const isInView = () => page.locator(`.tile[data-sample="${last}"]`).evaluate((element) => {
     const { top, bottom } = element.getBoundingClientRect();
     return top >= 60 && bottom <= innerHeight;
   });
-  assert.ok(inView, "the animation that was seen last");
+  await soon(isInView, "the animation that was seen last");
   await page.goBack();
   await page.locator(".first").waitFor();
   await page.goForward();
