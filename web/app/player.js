@@ -185,8 +185,12 @@ class Player {
     // The gallery is where it was, unless another animation than the one that was opened there is to be in view.
     if (was === this.opened) return;
     const tile = tileOf(was);
-    tile?.scrollIntoView({ block: "nearest" });
-    tile?.querySelector("a").focus({ preventScroll: true });
+    if (!tile) return;
+    const reveal = () => this.dialog.open || tile.scrollIntoView({ block: "nearest" });
+    reveal();
+    tile.querySelector("a").focus({ preventScroll: true });
+    // Once more where a step back has put the page to where it was, which browsers do with one of the next frames.
+    requestAnimationFrame(() => requestAnimationFrame(reveal));
   }
 
   #leave() {
