@@ -143,12 +143,18 @@ struct DrawRecord {
   std::string state;     ///< the State's bytes
 };
 
+/// Whether a player who has seen everything is given something again.
+enum class Repeats { allowed, refused };
+
 struct PlayRecord {
   std::string id;
   SampleRecord sample;
   bool repeat = false;
-  std::uint64_t remaining =
-      0;  ///< samples that this player has not seen after this play; without a player, samples never played
+  /// Samples that count and that this player has not seen after this play; without a player, that were never
+  /// played. Where nothing counts yet, of what was found while learning.
+  std::uint64_t remaining = 0;
+  /// Those of them with which the player's plays go on to follow the weights; without a player all of them.
+  std::uint64_t even_remaining = 0;
   bool replayed = false;  ///< an idempotency key gave an earlier play again
 };
 

@@ -92,14 +92,18 @@ class Store {
 
   // --- Plays -----------------------------------------------------------------------------------
 
-  /// Hands out a sample. With a player: the least-played one that the player has not seen, else the one seen
-  /// longest ago (`repeat`). Without: the least-played one; ties go to the oldest sample. The same non-empty
-  /// idempotency key for the same scenario gives the same play again.
+  /// Hands out a sample, so that what is handed out follows the weights; doc/design.md, section 5, "Plays".
+  /// With a player: one that the player has not seen, of the even ones before the rest, the least-played and
+  /// of these the oldest; else the one seen longest ago (`repeat`), which is no play of something new and
+  /// leaves the counts of plays as they are. Without a player: any, as often as it weighs. What was found
+  /// while learning is handed out only as long as nothing counts, what follows the paper's ratios never.
+  /// The same non-empty idempotency key for the same scenario gives the same play again.
   /// Survives a killed process when it returns, a power cut within a second.
-  /// Empty: the scenario holds no sample (or does not exist).
+  /// Empty: the scenario has nothing to hand out (or does not exist), or it would be a refused repeat.
   /// Throws: IdempotencyConflict if the key was used with another player.
   virtual std::optional<PlayRecord> play(std::string_view scenario, std::string_view player,
-                                         std::string_view idempotency_key) = 0;
+                                         std::string_view idempotency_key,
+                                         Repeats repeats = Repeats::allowed) = 0;
 
   // --- Service ---------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@
 
 #include "db/sqlite/sample_rows.h"
 #include "db/sqlite/scenario_rows.h"
+#include "sampler/target.h"
 
 namespace retake::database {
 namespace {
@@ -187,42 +188,43 @@ void update_chain_state(Connection& connection, std::string_view id, ChainState 
       ended_by, error, id);
 }
 
-std::uint64_t write_progress(Connection& connection, const ChainProgress& progress) {
-  std::int64_t chain = 0;
+Written write_progress(Connection& connection, const ChainProgress& progress) {
+  ChainRow chain{.id = progress.chain};
   std::int64_t scenario = 0;
   {
-    Query query(connection, "SELECT row, scenario FROM chain WHERE id = ?", progress.chain);
-    if (!query.next()) return 0;
-    chain = query.integer();
+    Query query(connection, "SELECT row, scenario, ratios FROM chain WHERE id = ?", progress.chain);
+    if (!query.next()) return {};
+    chain.row = query.integer();
     scenario = query.integer();
+    chain.is_apart = query.text() == to_string(Ratios::paper);
   }
 
   // Samples and weights.
-  std::uint64_t added = 0;
+  Stock stock = load_stock(connection, scenario).value();
+  bool shelves_moved = false;
   for (const auto& sample : progress.samples)
-    added += insert_sample(connection, scenario, chain, sample) ? 1u : 0u;
+    shelves_moved |= insert_sample(connection, stock, chain, sample);
   for (const auto& weight : progress.weights)
-    update_weight(connection, chain, weight);
-  run(connection, "UPDATE stock SET samples = samples + ?1, unplayed = unplayed + ?1 WHERE scenario = ?2",
-      added, scenario);
+    shelves_moved |= update_weight(connection, stock, chain, weight);
+  shelves_moved |= settle_door(connection, stock);
+  save_stock(connection, stock);
 
   // Counters and state.
-  write_counters(connection, chain, progress.counters);
+  write_counters(connection, chain.row, progress.counters);
   if (progress.state) {
     update_chain_state(connection, progress.chain, *progress.state, progress.ended_by, progress.error);
   }
 
   // Checkpoint and trace.
-  run(connection, "REPLACE INTO checkpoint (chain, bytes) VALUES (?, ?)", chain, Blob{progress.checkpoint});
-  if (progress.replace_trace) run(connection, "DELETE FROM trace_block WHERE chain = ?", chain);
+  run(connection, "REPLACE INTO checkpoint (chain, bytes) VALUES (?, ?)", chain.row,
+      Blob{progress.checkpoint});
+  if (progress.replace_trace) run(connection, "DELETE FROM trace_block WHERE chain = ?", chain.row);
   if (!progress.trace_block.empty()) {
-    run(connection, "INSERT INTO trace_block (chain, bytes) VALUES (?, ?)", chain,
+    run(connection, "INSERT INTO trace_block (chain, bytes) VALUES (?, ?)", chain.row,
         Blob{progress.trace_block});
   }
 
-  Query query(connection, "SELECT samples FROM stock WHERE scenario = ?", scenario);
-  query.next();
-  return query.count();
+  return {.samples = static_cast<std::uint64_t>(stock.samples), .shelves_moved = shelves_moved};
 }
 
 }  // namespace retake::database

@@ -23,7 +23,11 @@ std::vector<std::string> load_trace(Connection& connection, std::string_view cha
 bool insert_chain(Connection& connection, const ChainRecord& record);
 void update_chain_state(Connection& connection, std::string_view id, ChainState state,
                         std::string_view ended_by, std::string_view error);
-/// Writes all of it and gives how many samples the scenario holds then; 0 if the chain is gone.
-std::uint64_t write_progress(Connection& connection, const ChainProgress& progress);
+struct Written {
+  std::uint64_t samples = 0;   ///< that the scenario holds then; 0 if the chain is gone
+  bool shelves_moved = false;  ///< older samples changed their shelf
+};
+/// Writes all of it.
+Written write_progress(Connection& connection, const ChainProgress& progress);
 
 }  // namespace retake::database

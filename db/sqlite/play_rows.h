@@ -12,9 +12,15 @@
 
 namespace retake::database {
 
+/// What Store::play is asked for.
+struct PlayWish {
+  std::string_view scenario;
+  std::string_view player{};
+  std::string_view key{};
+  Repeats repeats = Repeats::allowed;
+};
 /// See Store::play. Throws: IdempotencyConflict.
 std::optional<PlayRecord> write_play(Connection& connection, PlayerFrontiers& frontiers,
-                                     std::string_view scenario, std::string_view player,
-                                     std::string_view idempotency_key);
+                                     const PlayWish& wish);
 
 }  // namespace retake::database

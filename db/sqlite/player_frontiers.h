@@ -9,10 +9,12 @@
 
 namespace retake::database {
 
-/// Samples are handed out by (plays, row), least first. Everything before this key, among the samples up to
-/// `newest_row`, was seen by the player. Plays only grow, so a sample once behind the frontier that is unseen
-/// cannot exist: only samples added later have to be looked at apart.
+/// A player is given samples by (shelf, plays, row), least first. Everything before this key, among the
+/// samples up to `newest_row`, was seen by the player. Plays only grow, so a sample once behind the frontier
+/// that is unseen cannot exist: only samples added later have to be looked at apart. When samples change
+/// their shelf every frontier is forgotten.
 struct PlayerFrontier {
+  std::int64_t shelf = 0;
   std::int64_t plays = 0;
   std::int64_t row = 0;
   std::int64_t newest_row = 0;

@@ -2,6 +2,7 @@
 // Realises doc/design.md, section 5.
 #include "db/sqlite/sample_rows.h"
 
+#include <algorithm>
 #include <charconv>
 #include <limits>
 
@@ -207,35 +208,69 @@ std::vector<DrawRecord> load_draws(Connection& connection, std::string_view chai
   return draws;
 }
 
-bool insert_sample(Connection& connection, std::int64_t scenario, std::int64_t chain,
-                   const NewSample& sample) {
+bool insert_sample(Connection& connection, Stock& stock, const ChainRow& chain, const NewSample& sample) {
   const auto& record = sample.record;
-  const bool inserted = run(connection,
-                            "INSERT INTO sample (scenario, chain, iteration, replica, weight, log_prior, "
-                            "log_constraint, duration,"
-                            " measures, digest, created_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
-                            " ON CONFLICT (chain, iteration, replica) DO NOTHING",
-                            scenario, chain, record.iteration, record.replica, record.weight,
-                            record.log_prior, record.log_constraint, record.duration, record.measures,
-                            record.digest, record.created_at != 0 ? record.created_at : now()) > 0;
-  if (!inserted) {
-    update_weight(connection, chain, {record.iteration, record.replica, record.weight});
-    return false;
-  }
+  const Placement place =
+      placement(stock, sample_id(chain.id, record.iteration, record.replica), record.weight, chain.is_apart);
+  const bool inserted =
+      run(connection,
+          "INSERT INTO sample (scenario, chain, iteration, replica, weight, log_prior, log_constraint,"
+          " duration, measures, digest, created_at, shelf, chance, pass)"
+          " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+          " ON CONFLICT (chain, iteration, replica) DO NOTHING",
+          stock.scenario, chain.row, record.iteration, record.replica, record.weight, record.log_prior,
+          record.log_constraint, record.duration, record.measures, record.digest,
+          record.created_at != 0 ? record.created_at : now(), static_cast<std::int64_t>(place.shelf),
+          place.chance, place.pass) > 0;
+  if (!inserted)
+    return update_weight(connection, stock, chain, {record.iteration, record.replica, record.weight});
   run(connection, "INSERT INTO sample_blob (sample, state, animation) VALUES (?, ?, ?)",
       connection.last_inserted_row(), Blob{sample.state}, Blob{sample.animation});
-  return true;
+  ++stock.samples;
+  count(stock, place.shelf, record.weight, false, 1);
+  return false;
 }
 
-void update_weight(Connection& connection, std::int64_t chain, const WeightUpdate& update) {
-  const auto changed =
-      run(connection, "UPDATE sample SET weight = ? WHERE chain = ? AND iteration = ? AND replica = ?",
-          update.weight, chain, update.iteration, update.replica);
-  if (changed == 0) {
-    throw DatabaseError(DatabaseError::Kind::constraint, "the chain has no sample of iteration " +
-                                                             std::to_string(update.iteration) + ", replica " +
-                                                             std::to_string(update.replica));
+bool update_weight(Connection& connection, Stock& stock, const ChainRow& chain, const WeightUpdate& update) {
+  std::int64_t row = 0;
+  std::uint64_t before = 0;
+  Shelf shelf = Shelf::even;
+  double chance = 0;
+  bool is_played = false;
+  {
+    Query query(connection,
+                "SELECT row, weight, shelf, chance, plays FROM sample"
+                " WHERE chain = ? AND iteration = ? AND replica = ?",
+                chain.row, update.iteration, update.replica);
+    if (!query.next())
+      throw DatabaseError(DatabaseError::Kind::constraint, "the chain has no sample of iteration " +
+                                                               std::to_string(update.iteration) +
+                                                               ", replica " + std::to_string(update.replica));
+    row = query.integer();
+    before = query.count();
+    shelf = static_cast<Shelf>(query.integer());
+    chance = query.real();
+    is_played = query.count() > 0;
   }
+  if (before == update.weight) return false;
+  const Shelf now_on = shelf == Shelf::apart ? Shelf::apart : shelf_of(stock, update.weight, chance);
+  // What is left of the interval shrinks or grows with it.
+  const auto interval = [](std::uint64_t weight) {
+    return 1 / static_cast<double>(std::max<std::uint64_t>(weight, 1));
+  };
+  run(connection, "UPDATE sample SET weight = ?1, shelf = ?2, pass = ?3 + (pass - ?3) * ?4 WHERE row = ?5",
+      update.weight, static_cast<std::int64_t>(now_on), stock.time,
+      interval(update.weight) / interval(before), row);
+  count(stock, shelf, before, is_played, -1);
+  count(stock, now_on, update.weight, is_played, 1);
+  if (now_on == shelf) return false;
+  const auto more = [&](auto is_on) { return int{is_on(now_on)} - int{is_on(shelf)}; };
+  run(connection,
+      "UPDATE player SET seen = seen + ?, seen_even = seen_even + ?, seen_learning = seen_learning + ?"
+      " WHERE row IN (SELECT player FROM seen WHERE sample = ?)",
+      more([](Shelf on) { return on <= Shelf::rest; }), more([](Shelf on) { return on == Shelf::even; }),
+      more([](Shelf on) { return on == Shelf::learning; }), row);
+  return true;
 }
 
 }  // namespace retake::database

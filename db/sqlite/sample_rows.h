@@ -12,6 +12,7 @@
 #include "db/page.h"
 #include "db/records.h"
 #include "db/sqlite/connection.h"
+#include "db/sqlite/stock_rows.h"
 
 namespace retake::database {
 
@@ -33,10 +34,16 @@ std::optional<std::string> load_animation(Connection& connection, std::string_vi
 std::vector<DrawRecord> load_draws(Connection& connection, std::string_view chain, std::size_t most,
                                    std::uint64_t from_iteration);
 
-/// False: it was there already and took the new weight. The caller counts it into the stock.
-bool insert_sample(Connection& connection, std::int64_t scenario, std::int64_t chain,
-                   const NewSample& sample);
-/// Throws: DatabaseError if there is no such sample.
-void update_weight(Connection& connection, std::int64_t chain, const WeightUpdate& update);
+/// The chain that a sample is of.
+struct ChainRow {
+  std::int64_t row = 0;
+  std::string_view id;
+  bool is_apart = false;  ///< it follows another law
+};
+/// Puts a sample on its shelf and counts it into the stock; one that is there already takes the new weight.
+/// True if an older sample changed its shelf.
+bool insert_sample(Connection& connection, Stock& stock, const ChainRow& chain, const NewSample& sample);
+/// True if it changed its shelf. Throws: DatabaseError if there is no such sample.
+bool update_weight(Connection& connection, Stock& stock, const ChainRow& chain, const WeightUpdate& update);
 
 }  // namespace retake::database

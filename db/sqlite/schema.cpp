@@ -178,6 +178,59 @@ CREATE TABLE chain_rung (
 ) STRICT, WITHOUT ROWID;
 )sql";
 
+// Plays follow the weights. What chances an older sample has does not depend on what it is.
+constexpr const char* kVersion3 = R"sql(
+ALTER TABLE sample ADD COLUMN shelf INTEGER NOT NULL DEFAULT 0;   -- 0 even, 1 rest, 2 learning, 3 apart
+ALTER TABLE sample ADD COLUMN chance REAL NOT NULL DEFAULT 0.5;   -- even if chance * stock.door < weight
+ALTER TABLE sample ADD COLUMN pass REAL NOT NULL DEFAULT 0;       -- when it comes up without a player
+UPDATE sample SET
+  shelf = CASE WHEN (SELECT ratios FROM chain WHERE chain.row = sample.chain) = 'paper' THEN 3
+               WHEN weight = 0 THEN 2 ELSE 0 END,
+  chance = (abs(random() % 1000000007) + 0.5) / 1000000008.0,
+  pass = (abs(random() % 1000000007) + 0.5) / 1000000008.0 / max(weight, 1);
+DROP INDEX sample_by_plays;
+CREATE INDEX sample_by_shelf ON sample (scenario, shelf, plays);
+CREATE INDEX sample_by_pass ON sample (scenario, pass) WHERE shelf <= 1;
+CREATE INDEX sample_by_heft ON sample (scenario, weight) WHERE shelf <= 1;
+
+ALTER TABLE stock RENAME TO old_stock;
+CREATE TABLE stock (
+  scenario INTEGER PRIMARY KEY REFERENCES scenario ON DELETE CASCADE,
+  samples INTEGER NOT NULL DEFAULT 0,
+  counted INTEGER NOT NULL DEFAULT 0,           -- on the shelves even and rest
+  even INTEGER NOT NULL DEFAULT 0 CHECK (even BETWEEN 0 AND counted),
+  learning INTEGER NOT NULL DEFAULT 0,
+  unplayed INTEGER NOT NULL DEFAULT 0 CHECK (unplayed BETWEEN 0 AND counted),
+  unplayed_learning INTEGER NOT NULL DEFAULT 0 CHECK (unplayed_learning BETWEEN 0 AND learning),
+  plays INTEGER NOT NULL DEFAULT 0,
+  weight INTEGER NOT NULL DEFAULT 0,            -- of those that count
+  door INTEGER NOT NULL DEFAULT 1,
+  door_counted INTEGER NOT NULL DEFAULT 0,      -- how many counted when the door was set
+  time REAL NOT NULL DEFAULT 0
+) STRICT;
+INSERT INTO stock (scenario, samples, counted, even, learning, unplayed, unplayed_learning, plays, weight)
+  SELECT scenario, samples,
+    (SELECT count(*) FROM sample WHERE sample.scenario = old_stock.scenario AND shelf <= 1),
+    (SELECT count(*) FROM sample WHERE sample.scenario = old_stock.scenario AND shelf = 0),
+    (SELECT count(*) FROM sample WHERE sample.scenario = old_stock.scenario AND shelf = 2),
+    (SELECT count(*) FROM sample WHERE sample.scenario = old_stock.scenario AND shelf <= 1 AND plays = 0),
+    (SELECT count(*) FROM sample WHERE sample.scenario = old_stock.scenario AND shelf = 2 AND plays = 0),
+    plays,
+    (SELECT coalesce(sum(weight), 0) FROM sample WHERE sample.scenario = old_stock.scenario AND shelf <= 1)
+  FROM old_stock;
+DROP TABLE old_stock;
+
+ALTER TABLE player ADD COLUMN seen_even INTEGER NOT NULL DEFAULT 0;      -- seen: of those that count
+ALTER TABLE player ADD COLUMN seen_learning INTEGER NOT NULL DEFAULT 0;
+UPDATE player SET
+  seen = (SELECT count(*) FROM seen JOIN sample ON sample.row = seen.sample
+          WHERE seen.player = player.row AND shelf <= 1),
+  seen_even = (SELECT count(*) FROM seen JOIN sample ON sample.row = seen.sample
+               WHERE seen.player = player.row AND shelf = 0),
+  seen_learning = (SELECT count(*) FROM seen JOIN sample ON sample.row = seen.sample
+                   WHERE seen.player = player.row AND shelf = 2);
+)sql";
+
 std::int64_t single_integer(Connection& connection, std::string_view sql) {
   Query query(connection, sql);
   query.next();
@@ -187,7 +240,7 @@ std::int64_t single_integer(Connection& connection, std::string_view sql) {
 }  // namespace
 
 std::span<const std::string> migrations() {
-  static const std::array<std::string, 2> scripts{kVersion1, kVersion2};
+  static const std::array<std::string, 3> scripts{kVersion1, kVersion2, kVersion3};
   return scripts;
 }
 

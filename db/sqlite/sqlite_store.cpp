@@ -80,8 +80,9 @@ AddedScenario SqliteStore::add_scenario(const ScenarioRecord& scenario) {
 }
 
 bool SqliteStore::delete_scenario(std::string_view id) {
-  const bool deleted = write("delete a scenario from",
-                             [&](Connection& connection) { return database::delete_scenario(connection, id); });
+  const bool deleted = write("delete a scenario from", [&](Connection& connection) {
+    return database::delete_scenario(connection, id);
+  });
   if (deleted) writer().wake_upkeep();
   return deleted;
 }
@@ -154,8 +155,10 @@ std::future<std::uint64_t> SqliteStore::commit(ChainProgress progress) {
   // Somebody waits for a chain that pauses or ends.
   const Urgency urgency = progress.state ? Urgency::immediate : Urgency::batched;
   return submit(urgency, rows, "write a chain's progress to",
-                [progress = std::move(progress)](Connection& connection) {
-                  return write_progress(connection, progress);
+                [this, progress = std::move(progress)](Connection& connection) {
+                  const Written written = write_progress(connection, progress);
+                  if (written.shelves_moved) frontiers_.clear();
+                  return written.samples;
                 });
 }
 
@@ -193,9 +196,9 @@ std::vector<DrawRecord> SqliteStore::draws(std::string_view chain, std::size_t m
 // --- Plays -------------------------------------------------------------------------------------
 
 std::optional<PlayRecord> SqliteStore::play(std::string_view scenario, std::string_view player,
-                                            std::string_view idempotency_key) {
+                                            std::string_view idempotency_key, Repeats repeats) {
   auto played = submit(Urgency::play, 0, "write a play to", [&](Connection& connection) {
-    return write_play(connection, frontiers_, scenario, player, idempotency_key);
+    return write_play(connection, frontiers_, {scenario, player, idempotency_key, repeats});
   });
   return played.get();
 }

@@ -57,7 +57,8 @@ class SqliteStore final : public Store {
 
   // --- Plays -----------------------------------------------------------------------------------
   std::optional<PlayRecord> play(std::string_view scenario, std::string_view player,
-                                 std::string_view idempotency_key) override;
+                                 std::string_view idempotency_key,
+                                 Repeats repeats = Repeats::allowed) override;
 
   // --- Service ---------------------------------------------------------------------------------
   std::string last_error() const override;

@@ -124,13 +124,28 @@ std::vector<std::string> find_faults(Connection& connection) {
       "", faults);
   add_lines(
       connection,
-      "SELECT scenario.id || ' holds ' || (SELECT count(*) FROM sample WHERE sample.scenario = "
-      "stock.scenario)"
-      " || ' samples, ' || (SELECT count(*) FROM sample WHERE sample.scenario = stock.scenario AND plays = 0)"
-      " || ' of them unplayed, but its stock says ' || samples || ' and ' || unplayed"
+      "SELECT scenario.id || ' holds ' || held.samples || ' samples, ' || held.counted || ' that count, '"
+      " || held.even || ' even, ' || held.learning || ' from learning, ' || held.unplayed || ' and '"
+      " || held.unplayed_learning || ' of these unplayed, of weight ' || held.weight || ', but its stock "
+      "says '"
+      " || concat_of.told"
       " FROM stock JOIN scenario ON scenario.row = stock.scenario"
-      " WHERE samples <> (SELECT count(*) FROM sample WHERE sample.scenario = stock.scenario)"
-      " OR unplayed <> (SELECT count(*) FROM sample WHERE sample.scenario = stock.scenario AND plays = 0)",
+      " JOIN (SELECT stock.scenario, count(sample.row) AS samples, count(sample.row) FILTER (WHERE shelf <= "
+      "1) AS counted,"
+      " count(sample.row) FILTER (WHERE shelf = 0) AS even, count(sample.row) FILTER (WHERE shelf = 2) AS "
+      "learning, count(sample.row) FILTER (WHERE shelf <= 1 AND sample.plays = 0) AS unplayed,"
+      " count(sample.row) FILTER (WHERE shelf = 2 AND sample.plays = 0) AS unplayed_learning, "
+      "coalesce(sum(sample.weight) FILTER (WHERE shelf <= 1), 0) AS weight"
+      " FROM stock LEFT JOIN sample ON sample.scenario = stock.scenario GROUP BY stock.scenario) AS held"
+      " ON held.scenario = stock.scenario"
+      " JOIN (SELECT scenario, samples || ', ' || counted || ', ' || even || ', ' || learning || ', ' || "
+      "unplayed"
+      " || ', ' || unplayed_learning || ' and ' || weight AS told FROM stock) AS concat_of"
+      " ON concat_of.scenario = stock.scenario"
+      " WHERE (stock.samples, stock.counted, stock.even, stock.learning, stock.unplayed, "
+      "stock.unplayed_learning,"
+      " stock.weight) IS NOT (held.samples, held.counted, held.even, held.learning, held.unplayed,"
+      " held.unplayed_learning, held.weight)",
       "scenario ", faults);
   add_lines(connection,
             "SELECT id || ' has no stock' FROM scenario WHERE id IS NOT NULL"
@@ -140,12 +155,18 @@ std::vector<std::string> find_faults(Connection& connection) {
             "SELECT sample.row || ' has no state and animation' FROM sample"
             " WHERE NOT EXISTS (SELECT 1 FROM sample_blob WHERE sample_blob.sample = sample.row)",
             "sample ", faults);
-  add_lines(connection,
-            "SELECT player.row || ' has seen ' || (SELECT count(*) FROM seen WHERE seen.player = player.row)"
-            " || ' samples, but ' || seen || ' are counted' FROM player JOIN stock ON stock.scenario = "
-            "player.scenario"
-            " WHERE seen <> (SELECT count(*) FROM seen WHERE seen.player = player.row)",
-            "player ", faults);
+  add_lines(
+      connection,
+      "SELECT player.row || ' has seen ' || had.counted || ' samples that count, ' || had.even"
+      " || ' even and ' || had.learning || ' from learning, but ' || seen || ', ' || seen_even || ' and '"
+      " || seen_learning || ' are counted' FROM player JOIN stock ON stock.scenario = player.scenario"
+      " JOIN (SELECT player.row, count(sample.row) FILTER (WHERE shelf <= 1) AS counted, count(sample.row) "
+      "FILTER (WHERE shelf = 0) AS even,"
+      " count(sample.row) FILTER (WHERE shelf = 2) AS learning FROM player LEFT JOIN seen ON seen.player = "
+      "player.row"
+      " LEFT JOIN sample ON sample.row = seen.sample GROUP BY player.row) AS had ON had.row = player.row"
+      " WHERE (seen, seen_even, seen_learning) IS NOT (had.counted, had.even, had.learning)",
+      "player ", faults);
   return faults;
 }
 

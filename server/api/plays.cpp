@@ -38,6 +38,26 @@ void refill(Api& api, std::mutex& one_at_a_time, const std::string& scenario_id,
                scenario_id.c_str(), fault.what());
 }
 
+/// Why there is nothing to hand out.
+[[noreturn]] void refuse_play(Api& api, const std::string& id, bool may_repeat) {
+  const auto scenario = api.store.scenario(id);
+  if (!scenario) throw not_found("scenario", id);
+  const bool is_looking = scenario->running > 0;
+  const std::vector<std::pair<std::string, std::string>> headers = {{"Retry-After", "1"}};
+  // Only a refused repeat leaves anything in stock.
+  if (!may_repeat && scenario->samples > 0)
+    throw HttpProblem(
+        503, "no-new-samples", "No new samples",
+        std::string("This player has seen all that is in stock; ") +
+            (is_looking ? "a chain is looking for more: try again soon."
+                        : "no chain of this scenario is running: start one, or give low_water."),
+        {}, headers);
+  throw HttpProblem(503, "no-samples-yet", "No samples yet",
+                    is_looking ? "The chains have not found one yet; try again soon."
+                               : "No chain of this scenario is running; start one.",
+                    {}, headers);
+}
+
 }  // namespace
 
 void add_play_routes(HttpServer& server, Api& api) {
@@ -47,6 +67,7 @@ void add_play_routes(HttpServer& server, Api& api) {
     BodyFields fields = BodyFields::parse(request.body);
     const std::string player = fields.text("player", kLongestPlayer).value_or("");
     const auto include = fields.choice("include", {"keyframes"});
+    const bool may_repeat = fields.choice("repeat", {"allow", "refuse"}) != "refuse";
     const std::uint64_t low_water =
         fields.integer("low_water", 0, ServiceLimits::kMostLowWater).value_or(api.limits.low_water);
     fields.finish();
@@ -59,21 +80,16 @@ void add_play_routes(HttpServer& server, Api& api) {
     const std::string& id = request.path_values.at("id");
     std::optional<PlayRecord> play;
     try {
-      play = api.store.play(id, player, key);
+      play = api.store.play(id, player, key, may_repeat ? Repeats::allowed : Repeats::refused);
     } catch (const IdempotencyConflict&) {
       throw HttpProblem(409, "idempotency-conflict", "The idempotency key was used for another request",
                         "This Idempotency-Key came before with another player.");
     }
     if (!play) {
       refill(api, *refilling, id, low_water, 0);
-      const auto scenario = api.store.scenario(id);
-      if (!scenario) throw not_found("scenario", id);
-      throw HttpProblem(503, "no-samples-yet", "No samples yet",
-                        scenario->running > 0 ? "The chains have not found one yet; try again soon."
-                                              : "No chain of this scenario is running; start one.",
-                        {}, {{"Retry-After", "1"}});
+      refuse_play(api, id, may_repeat);
     }
-    if (low_water > 0) refill(api, *refilling, id, low_water, play->remaining);
+    if (low_water > 0) refill(api, *refilling, id, low_water, play->even_remaining);
 
     json view = {{"play", play->id},
                  {"sample", sample_json(play->sample)},

@@ -167,7 +167,7 @@ documented = set(re.findall(r"^\| `([a-z-]+)` \| (\d{3}) \|", contract, re.M))
 raised = set()
 for name, text in texts.items():
     if name.startswith("server/"):
-        raised |= {(kind, status) for status, kind in re.findall(r"HttpProblem[^;\"]*?\((\d{3}), *\"([a-z-]+)\"",
+        raised |= {(kind, status) for status, kind in re.findall(r"HttpProblem[^;\"]*?\( ?(\d{3}), *\"([a-z-]+)\"",
                                                                re.sub(r"\s+", " ", text))}
 for kind, status in sorted(raised - documented):
     faults.append(f"doc/api.md: the problem {kind} ({status}) is raised, but not documented")

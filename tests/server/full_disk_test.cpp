@@ -46,16 +46,20 @@ TEST_F(FullDisk, Chains_fail_with_a_message_and_go_on_from_their_checkpoint_once
     EXPECT_EQ(daemon.get("/metrics").status, 200);
 
     // Writes are refused as long as there is no room, or done; never anything else.
-    int refused = 0;
-    for (int i = 0; i < 300 && refused < 3; ++i) {
+    int refused = 0, unready = 0;
+    for (int i = 0; i < 300 && (refused < 3 || unready == 0); ++i) {
       const Answer answer = daemon.post(
           "/v1/scenarios", prior_document(std::string(200, 'x').replace(0, 4, std::to_string(1000 + i))));
       ASSERT_TRUE(answer.status == 201 || answer.status == 503) << answer.status << answer.body;
       if (answer.status != 503) continue;
       ++refused;
       const Answer ready = daemon.get("/readyz");
-      EXPECT_EQ(ready.status, 503);
-      EXPECT_EQ(differences(ready.json(), "Problem"), "");
+      // A smaller write, such as a first look's, may have found room meanwhile.
+      ASSERT_TRUE(ready.status == 200 || ready.status == 503) << ready.status;
+      unready += ready.status == 503;
+      if (ready.status == 503) {
+        EXPECT_EQ(differences(ready.json(), "Problem"), "");
+      }
       EXPECT_EQ(daemon.get("/healthz").status, 200);
       EXPECT_EQ(differences(answer.json(), "Problem"), "");
       EXPECT_FALSE(answer.header("retry-after").empty());
@@ -63,6 +67,7 @@ TEST_F(FullDisk, Chains_fail_with_a_message_and_go_on_from_their_checkpoint_once
         EXPECT_EQ(answer.body.find(secret), std::string::npos) << answer.body;
     }
     EXPECT_GT(refused, 0);
+    EXPECT_GT(unready, 0);
     EXPECT_FALSE(daemon.process().has_ended());
     EXPECT_EQ(daemon.terminate(), 0) << daemon.process().err();
   }

@@ -76,11 +76,11 @@ TEST(StoreQueryPlans, every_statement_of_a_request_goes_by_an_index) {
   }
   database::load_draws(*connection, "c", 10, 0);
   for (int play = 0; play < 700; ++play)
-    database::write_play(*connection, frontiers, "s", "alice", "");
-  database::write_play(*connection, frontiers, "s", "", "key");
-  database::write_play(*connection, frontiers, "s", "", "key");
+    database::write_play(*connection, frontiers, {"s", "alice"});
+  database::write_play(*connection, frontiers, {"s", "", "key"});
+  database::write_play(*connection, frontiers, {"s", "", "key"});
   for (int play = 0; play < 400; ++play) {
-    database::write_play(*connection, frontiers, "s", play % 2 == 0 ? "bob" : "", "");
+    database::write_play(*connection, frontiers, {"s", play % 2 == 0 ? "bob" : ""});
   }
   database::delete_scenario(*connection, "t");
   while (database::purge(*connection)) {
@@ -118,16 +118,17 @@ TEST(StoreQueryPlans, the_searches_use_every_column_of_their_index) {
   database::Transaction transaction(*connection, database::Transaction::Kind::write);
   database::PlayerFrontiers frontiers;
   for (int play = 0; play < 300; ++play) {
-    database::write_play(*connection, frontiers, "s", play % 3 == 0 ? "bob" : "alice", "");
+    database::write_play(*connection, frontiers, {"s", play % 3 == 0 ? "bob" : "alice"});
   }
   for (const auto order : {SampleOrder::newest, SampleOrder::oldest, SampleOrder::likely}) {
     database::load_samples(*connection, "s", order, 10, "");
   }
   database::load_draws(*connection, "c", 10, 0);
-  EXPECT_EQ(plan_of(*connection, "plays = ? AND row >= ?"),
-            "SEARCH sample USING COVERING INDEX sample_by_plays (scenario=? AND plays=? AND rowid>?)");
+  EXPECT_EQ(
+      plan_of(*connection, "plays = ? AND row >= ?"),
+      "SEARCH sample USING COVERING INDEX sample_by_shelf (scenario=? AND shelf=? AND plays=? AND rowid>?)");
   EXPECT_EQ(plan_of(*connection, "plays > ?"),
-            "SEARCH sample USING COVERING INDEX sample_by_plays (scenario=? AND plays>?)");
+            "SEARCH sample USING COVERING INDEX sample_by_shelf (scenario=? AND shelf=? AND plays>?)");
   EXPECT_EQ(plan_of(*connection, "sample.scenario = ? AND sample.row < ?"),
             "SEARCH sample USING INDEX sample_by_scenario (scenario=? AND rowid<?)");
   EXPECT_EQ(plan_of(*connection, "sample.scenario = ? AND sample.row > ?"),

@@ -154,6 +154,24 @@ TEST_F(ApiPlays, An_empty_stock_is_said_at_once_and_when_to_ask_again) {
   }
 }
 
+TEST_F(ApiPlays, A_repeat_can_be_refused) {
+  const std::string scenario = daemon.add_stocked_scenario(prior_document(), 2);
+  for (int i = 0; i < 2; ++i)
+    EXPECT_EQ(play(scenario, {{"player", "a"}, {"repeat", "refuse"}}).status, 201);
+  const Answer refused = play(scenario, {{"player", "a"}, {"repeat", "refuse"}});
+  EXPECT_EQ(refused.status, 503);
+  EXPECT_EQ(refused.json()["type"], "/problems/no-new-samples");
+  EXPECT_NE(refused.header("retry-after"), "");
+  EXPECT_EQ(play(scenario, {{"player", "a"}, {"repeat", "allow"}}).json()["repeat"], true);
+  EXPECT_EQ(play(scenario, {{"player", "b"}, {"repeat", "refuse"}}).status, 201);
+  // With a chain that fills it up the same request gets something new.
+  EXPECT_EQ(play(scenario, {{"player", "a"}, {"repeat", "refuse"}, {"low_water", 1}}).status, 503);
+  EXPECT_TRUE(wait_until([&] {
+    const Answer again = play(scenario, {{"player", "a"}, {"repeat", "refuse"}});
+    return again.status == 201 && again.json()["repeat"] == false;
+  }));
+}
+
 TEST_F(ApiPlays, Low_stock_starts_a_chain_again_only_if_asked_for) {
   const std::string scenario = daemon.add_stocked_scenario(prior_document(), 6);
   const auto chains = [&] {

@@ -1,0 +1,142 @@
+// See stock_rows.h.
+#include "db/sqlite/stock_rows.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace retake::database {
+namespace {
+
+// Of all weight so much may lie beyond the door, and is missing in what a player is given; chosen: a share of
+// the plays is then wrong by less than what 2,000 plays can show.
+constexpr double kMissing = 0.01;
+// Until so many count the door is set with each commit.
+constexpr std::int64_t kFew = 32;
+
+/// The `which`-th number in (0, 1) that belongs to a text: FNV-1a, then the finalizer of SplitMix64.
+double chance_of(std::string_view text, std::uint64_t which) {
+  std::uint64_t hash = 0xcbf29ce484222325 + which;
+  for (const char letter : text)
+    hash = (hash ^ static_cast<unsigned char>(letter)) * 0x100000001b3;
+  hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9;
+  hash = (hash ^ (hash >> 27)) * 0x94d049bb133111eb;
+  hash ^= hash >> 31;
+  return (static_cast<double>(hash >> 12) + 0.5) * 0x1p-52;
+}
+
+/// Doors are numbers of three binary digits, so that they are not moved for little.
+std::int64_t door_from(std::int64_t weight) {
+  const auto value = static_cast<std::uint64_t>(std::max<std::int64_t>(weight, 1));
+  const int dropped = std::max(0, static_cast<int>(std::bit_width(value)) - 3);
+  const std::uint64_t step = std::uint64_t{1} << dropped;
+  return static_cast<std::int64_t>((value + step - 1) / step * step);
+}
+
+/// The least door beyond which no more than kMissing of all weight lies.
+std::int64_t find_door(Connection& connection, const Stock& stock) {
+  const double allowed = kMissing * static_cast<double>(stock.weight);
+  Query heaviest(connection,
+                 "SELECT weight FROM sample INDEXED BY sample_by_heft WHERE scenario = ? AND shelf <= 1"
+                 " ORDER BY weight DESC",
+                 stock.scenario);
+  double sum = 0, count = 0;
+  std::int64_t lowest = 1;
+  while (heaviest.next()) {
+    const auto weight = heaviest.integer();
+    // With the door at this weight, what is beyond is the heavier ones' surplus.
+    if (sum - count * static_cast<double>(weight) > allowed) break;
+    lowest = weight;
+    sum += static_cast<double>(weight);
+    ++count;
+  }
+  // Between this weight and the next lower one.
+  const double least = count > 0 ? (sum - allowed) / count : 1;
+  return door_from(std::min(lowest, static_cast<std::int64_t>(std::ceil(std::max(least, 1.0)))));
+}
+
+}  // namespace
+
+std::optional<Stock> load_stock(Connection& connection, std::int64_t scenario) {
+  Query query(connection,
+              "SELECT samples, counted, even, learning, unplayed, unplayed_learning, plays, weight, door,"
+              " door_counted, time FROM stock WHERE scenario = ?",
+              scenario);
+  if (!query.next()) return std::nullopt;
+  Stock stock;
+  stock.scenario = scenario;
+  for (std::int64_t* count :
+       {&stock.samples, &stock.counted, &stock.even, &stock.learning, &stock.unplayed,
+        &stock.unplayed_learning, &stock.plays, &stock.weight, &stock.door, &stock.door_counted})
+    *count = query.integer();
+  stock.time = query.real();
+  return stock;
+}
+
+void save_stock(Connection& connection, const Stock& stock) {
+  run(connection,
+      "UPDATE stock SET samples = ?, counted = ?, even = ?, learning = ?, unplayed = ?,"
+      " unplayed_learning = ?, plays = ?, weight = ?, door = ?, door_counted = ?, time = ? WHERE scenario = "
+      "?",
+      stock.samples, stock.counted, stock.even, stock.learning, stock.unplayed, stock.unplayed_learning,
+      stock.plays, stock.weight, stock.door, stock.door_counted, stock.time, stock.scenario);
+}
+
+Shelf shelf_of(const Stock& stock, std::uint64_t weight, double chance) {
+  if (weight == 0) return Shelf::learning;
+  return chance * static_cast<double>(stock.door) < static_cast<double>(weight) ? Shelf::even : Shelf::rest;
+}
+
+Placement placement(const Stock& stock, std::string_view sample_id, std::uint64_t weight, bool is_apart) {
+  Placement place;
+  place.chance = chance_of(sample_id, 0);
+  place.shelf = is_apart ? Shelf::apart : shelf_of(stock, weight, place.chance);
+  place.pass = stock.time + chance_of(sample_id, 1) / static_cast<double>(std::max<std::uint64_t>(weight, 1));
+  return place;
+}
+
+void count(Stock& stock, Shelf shelf, std::uint64_t weight, bool is_played, int times) {
+  if (shelf == Shelf::learning) {
+    stock.learning += times;
+    stock.unplayed_learning += is_played ? 0 : times;
+  }
+  if (shelf > Shelf::rest) return;
+  stock.counted += times;
+  stock.unplayed += is_played ? 0 : times;
+  stock.weight += times * static_cast<std::int64_t>(weight);
+  stock.even += shelf == Shelf::even ? times : 0;
+}
+
+bool settle_door(Connection& connection, Stock& stock) {
+  if (stock.counted == 0 || stock.door_counted >= kSettled) return false;
+  if (stock.counted > kFew && 4 * stock.counted < 5 * stock.door_counted) return false;
+  stock.door_counted = stock.counted;
+  const std::int64_t door = find_door(connection, stock);
+  if (door == stock.door) return false;
+  stock.door = door;
+  const bool moved = run(connection,
+                         "UPDATE sample SET shelf = 1 - shelf WHERE scenario = ? AND shelf <= 1"
+                         " AND shelf <> (chance * ? >= weight)",
+                         stock.scenario, door) > 0;
+  if (!moved) return false;
+  {
+    Query query(connection,
+                "SELECT count(*) FROM sample INDEXED BY sample_by_shelf WHERE scenario = ? AND shelf = 0",
+                stock.scenario);
+    query.next();
+    stock.even = query.integer();
+  }
+  recount_players(connection, stock.scenario);
+  return true;
+}
+
+void recount_players(Connection& connection, std::int64_t scenario) {
+  run(connection,
+      "UPDATE player SET seen = (SELECT count(*) FROM seen CROSS JOIN sample ON sample.row = seen.sample"
+      " WHERE seen.player = player.row AND shelf <= 1),"
+      " seen_even = (SELECT count(*) FROM seen CROSS JOIN sample ON sample.row = seen.sample"
+      " WHERE seen.player = player.row AND shelf = 0) WHERE scenario = ?",
+      scenario);
+}
+
+}  // namespace retake::database
