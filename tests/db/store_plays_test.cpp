@@ -320,6 +320,9 @@ TEST_P(StorePlaysByWeight, what_follows_the_papers_ratios_is_never_handed_out) {
   chain.ratios = "paper";
   store.add_chains({chain});
   store.commit(weighing("paper", {1, 2, 3})).get();
+  ChainProgress longer = weighing("paper", {}, 4);
+  longer.weights = {{3, 0, 5}};
+  store.commit(longer).get();
   EXPECT_FALSE(store.play("s", "alice", ""));
   EXPECT_FALSE(store.play("s", "", ""));
   EXPECT_EQ(store.sample_count("s"), 3u);
