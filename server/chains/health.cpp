@@ -13,13 +13,25 @@
 namespace retake {
 namespace {
 
-constexpr std::size_t kFewestDraws = 4;     // a chain; below, R-hat is not defined
-constexpr std::size_t kFewestChains = 4;    // chosen: fewer means say too little of their spread
+constexpr std::size_t kFewestDraws = 4;   // a chain; below, R-hat is not defined
+constexpr std::size_t kFewestChains = 4;  // chosen: fewer means say too little of their spread
+// Samples of a chain below which it has no effective size: the estimate's floor does not look at them.
+// Chosen.
+constexpr std::size_t kFewestSamples = 24;
 constexpr std::size_t kJudgedDraws = 4000;  // chosen: four for each effective sample that may be wished
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 double variance(const Eigen::VectorXd& values) {
   return (values.array() - values.mean()).square().sum() / static_cast<double>(values.size() - 1);
+}
+
+/// How many samples draws of one chain are of, which come several times where a sample weighs much. They are
+/// worth no more than these, whatever a short or anti-correlated stretch lets the estimate say.
+std::size_t distinct(const std::vector<DrawRecord>& draws) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < draws.size(); ++i)
+    count += i == 0 || draws[i].state != draws[i - 1].state;
+  return count;
 }
 
 double ess_within(const Eigen::MatrixXd& draws) {
@@ -96,7 +108,10 @@ std::optional<EffectiveHealth> effective_of(const Health& health, const Counted&
   for (const ChainRecord* chain : counted.chains)
     run_seconds += chain->counters.run_seconds;
   EffectiveHealth effective;
-  effective.samples = std::min(samples, static_cast<double>(health.chains * health.draws_per_chain));
+  std::size_t most = 0;
+  for (const auto& draws : counted.draws)
+    most += std::min(distinct(draws), health.draws_per_chain);
+  effective.samples = std::min(samples, static_cast<double>(most));
   effective.quantity = worst->name;
   effective.within = std::isfinite(worst->ess_within) ? worst->ess_within : 0;
   if (run_seconds > 0) effective.per_cpu_minute = effective.samples / (run_seconds / 60);
@@ -131,11 +146,12 @@ std::optional<double> effective_samples(const Scenario& scenario, const ChainRec
                                         const DrawsOf& draws) {
   if (chain.method == to_string(Method::rejection)) return static_cast<double>(chain.counters.samples);
   const std::vector<DrawRecord> judged = draws(kJudgedDraws, warm_up_iterations(chain));
-  if (judged.size() < kFewestDraws) return std::nullopt;
+  const std::size_t samples = distinct(judged);
+  if (samples < kFewestSamples) return std::nullopt;
   std::optional<double> least;
   for (const Quantity& quantity : slowest(quantities(scenario, {judged}))) {
     const double ess = ess_bulk(quantity.draws);
-    if (std::isfinite(ess) && (!least || ess < *least)) least = ess;
+    if (std::isfinite(ess) && (!least || ess < *least)) least = std::min(ess, static_cast<double>(samples));
   }
   return least;
 }

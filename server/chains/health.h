@@ -24,8 +24,8 @@ std::uint64_t warm_up_iterations(const ChainRecord& chain);
 using DrawsOf = std::function<std::vector<DrawRecord>(std::size_t most, std::uint64_t from_iteration)>;
 
 /// Effective samples of one chain by itself: the least bulk effective sample size over the slowest() of its
-/// variables and measures, those left out for which there is none; with rejection its samples, which are
-/// independent. None if no quantity has one.
+/// variables and measures, those left out for which there is none, and no more than its samples; with
+/// rejection its samples, which are independent. None if no quantity has one, or below 24 samples.
 std::optional<double> effective_samples(const Scenario& scenario, const ChainRecord& chain,
                                         const DrawsOf& draws);
 
@@ -42,7 +42,7 @@ struct QuantityHealth {
 
 struct EffectiveHealth {
   /// The least over quantities of ess_bulk, but no more than the harmonic mean of ess_across, nor than the
-  /// draws.
+  /// samples that the draws are of.
   double samples;
   std::string quantity;                  ///< that has the least
   double within;                         ///< what the chains by themselves claim for that quantity

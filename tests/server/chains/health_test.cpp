@@ -238,6 +238,24 @@ TEST_F(HealthTest, AChainByItselfIsWorthItsWorstQuantity) {
   EXPECT_FALSE(effective_samples(*scenario, record, nothing));
   const auto alike = [](std::size_t, std::uint64_t) { return Draws(300, draw(1)); };
   EXPECT_FALSE(effective_samples(*scenario, record, alike)) << "it never moved";
+  // What comes again and again is one sample.
+  const auto eight = [&](std::size_t, std::uint64_t) {
+    Draws stays;
+    for (std::size_t i = 0; i < 59; ++i)
+      stays.push_back(
+          draw(i / 8 % 2 == 0 ? -1.0 - static_cast<double>(i / 8) : 1.0 + static_cast<double>(i / 8)));
+    return stays;
+  };
+  EXPECT_FALSE(effective_samples(*scenario, record, eight)) << "too few to tell";
+  const auto to_and_fro = [&](std::size_t, std::uint64_t) {
+    Draws sides;
+    for (std::size_t i = 0; i < 120; ++i)
+      sides.push_back(draw((i / 3 % 2 == 0 ? -1.0 : 1.0) * (1 + static_cast<double>(i / 3) / 100)));
+    return sides;
+  };
+  const std::optional<double> opposite = effective_samples(*scenario, record, to_and_fro);
+  ASSERT_TRUE(opposite);
+  EXPECT_LE(*opposite, 40) << "there are 40, however much each makes up for the one before";
   EXPECT_EQ(effective_samples(
                 *scenario,
                 [] {
