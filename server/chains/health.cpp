@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "sampler/check.h"
 #include "sampler/spread.h"
@@ -60,10 +59,19 @@ struct Counted {
   std::vector<std::vector<DrawRecord>> draws;
 };
 
+/// Whether a chain follows p(A | satisfied), and not what the paper's ratios lead to.
+bool is_exact(const ChainRecord& chain) {
+  return chain.ratios != to_string(Ratios::paper);
+}
+
+/// The paper's ratios follow another law: their chains are looked at by themselves, where there are no
+/// others.
 Counted counted_chains(const std::vector<ChainRecord>& chains,
                        const std::vector<std::vector<DrawRecord>>& draws) {
-  std::vector<std::size_t> longest(chains.size());
-  std::iota(longest.begin(), longest.end(), std::size_t{0});
+  const bool any_exact = std::ranges::any_of(chains, is_exact);
+  std::vector<std::size_t> longest;
+  for (std::size_t i = 0; i < chains.size(); ++i)
+    if (is_exact(chains[i]) == any_exact) longest.push_back(i);
   std::stable_sort(longest.begin(), longest.end(), [&](std::size_t left, std::size_t right) {
     return draws[left].size() > draws[right].size();
   });

@@ -208,6 +208,19 @@ TEST_F(HealthTest, SwapsAreThoseBetweenNeighboursOfEachLadder) {
   EXPECT_EQ(swaps[2].accepted, 3u);
 }
 
+TEST_F(HealthTest, ThePapersRatiosAreAnotherPopulation) {
+  std::vector<ChainRecord> chains(4, chain("metropolis"));
+  chains[3].ratios = "paper";
+  // Three that disagree, and a long one that would hide them.
+  const std::vector<Draws> draws = {walk(60, 0, -3), walk(60, 0, 0), walk(60, 0, 3), walk(900)};
+  const Health said = health_of(*scenario, chains, draws, std::nullopt);
+  EXPECT_EQ(said.chains, 3u);
+  EXPECT_GT(said.quantities[0].together.rhat, 2);
+  const Health alone = health_of(*scenario, {chains[3]}, {draws[3]}, std::nullopt);
+  EXPECT_EQ(alone.chains, 1u);
+  EXPECT_LT(alone.quantities[0].together.rhat, 1.02);
+}
+
 TEST_F(HealthTest, OnlyAWalkOverTheWholeTargetHasAWarmUp) {
   for (const char* method : {"rejection", "metropolis", "conditional", "tempering"}) {
     ChainRecord record = chain(method);
