@@ -167,6 +167,7 @@ const times = (page) => page.evaluate(() => [...document.querySelectorAll(".toge
 test("one click shows figure 9: six scenarios, a fresh animation of each, played together", async () => {
   const { page, faults, close } = await newPage(browser);
   await page.goto(`${program.address}?play=on`);
+  await page.locator("#scenario-list > li", { hasText: "Figure 9" }).first().waitFor();
   assert.equal(await page.locator("#scenario-list > li", { hasText: "Figure 9" }).count(), 1, "a series is one entry");
   await page.getByRole("link", { name: /^Figure 9/ }).click();
   await arrived(page, { together: series.join(",") });

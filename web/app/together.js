@@ -36,6 +36,9 @@ export function toggled(id) {
   return asPlace(pairs);
 }
 
+/** Whoever reads this page, as a player: what is fresh to one reader is not to another. */
+const READER = `gallery-${[...crypto.getRandomValues(new Uint32Array(4))].map((part) => part.toString(36)).join("-")}`;
+
 export class Together {
   /** @type {Map<string, Tile>} by scenario */
   #tiles = new Map();
@@ -121,7 +124,7 @@ export class Together {
     if (this.#asked.has(id) || this.#dry.has(id)) return;
     this.#asked.add(id);
     try {
-      const sample = wanted ? this.#samples.get(wanted) ?? (await request(pathOf("samples", wanted))) : (await post(pathOf("scenarios", id, "/plays"), {})).sample;
+      const sample = wanted ? this.#samples.get(wanted) ?? (await request(pathOf("samples", wanted))) : (await post(pathOf("scenarios", id, "/plays"), { player: READER })).sample;
       if (!this.#open) return;
       if (sample.scenario !== id) {
         notice(`The animation “${sample.id}” is of another scenario; a fresh one takes its place.`);
