@@ -36,8 +36,16 @@ export function toggled(id) {
   return asPlace(pairs);
 }
 
-/** Whoever reads this page, as a player: what is fresh to one reader is not to another. */
-const READER = `gallery-${[...crypto.getRandomValues(new Uint32Array(4))].map((part) => part.toString(36)).join("-")}`;
+/** Whoever reads this page in this tab, as a player: what is fresh to one reader is not to another. */
+function reader() {
+  const anew = () => `gallery-${[...crypto.getRandomValues(new Uint32Array(4))].map((part) => part.toString(36)).join("-")}`;
+  try {
+    return (sessionStorage.reader ??= anew());
+  } catch {
+    return anew(); // a browser that keeps nothing
+  }
+}
+const READER = reader();
 
 export class Together {
   /** @type {Map<string, Tile>} by scenario */
