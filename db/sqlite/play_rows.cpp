@@ -26,10 +26,14 @@ struct Candidate {
   auto key() const { return std::tie(shelf, plays, row); }
 };
 
-// The shelves from which is handed out.
+// The shelves from which is handed out, in their order.
 struct Shelves {
   std::int64_t first, last;
 };
+constexpr std::int64_t kEven = static_cast<std::int64_t>(Shelf::even);
+constexpr Shelves kThatCount{kEven, static_cast<std::int64_t>(Shelf::rest)};
+constexpr Shelves kOfLearning{static_cast<std::int64_t>(Shelf::learning),
+                              static_cast<std::int64_t>(Shelf::learning)};
 
 struct Player {
   std::int64_t row = 0;
@@ -216,10 +220,7 @@ std::optional<PlayRecord> write_play(Connection& connection, PlayerFrontiers& fr
   auto stock = load_stock(connection, *scenario);
   if (!stock) return std::nullopt;
   const bool counts = stock->counted > 0;
-  const Shelves shelves =
-      counts
-          ? Shelves{static_cast<std::int64_t>(Shelf::even), static_cast<std::int64_t>(Shelf::rest)}
-          : Shelves{static_cast<std::int64_t>(Shelf::learning), static_cast<std::int64_t>(Shelf::learning)};
+  const Shelves shelves = counts ? kThatCount : kOfLearning;
   const std::int64_t offered = counts ? stock->counted : stock->learning;
   if (offered == 0) return std::nullopt;
 
@@ -246,7 +247,7 @@ std::optional<PlayRecord> write_play(Connection& connection, PlayerFrontiers& fr
     ++stock->plays;
     if (player) {
       (counts ? player->seen : player->seen_learning) += 1;
-      player->seen_even += chosen->shelf == static_cast<std::int64_t>(Shelf::even) ? 1 : 0;
+      player->seen_even += chosen->shelf == kEven ? 1 : 0;
     }
   }
   PlayRecord record;

@@ -33,26 +33,30 @@ std::int64_t door_from(std::int64_t weight) {
   return static_cast<std::int64_t>((value + step - 1) / step * step);
 }
 
-/// The least door beyond which no more than kMissing of all weight lies.
+/// The least door beyond which no more than kMissing of all weight lies. Requires: something counts.
 std::int64_t find_door(Connection& connection, const Stock& stock) {
   const double allowed = kMissing * static_cast<double>(stock.weight);
   Query heaviest(connection,
                  "SELECT weight FROM sample INDEXED BY sample_by_heft WHERE scenario = ? AND shelf <= 1"
                  " ORDER BY weight DESC",
                  stock.scenario);
+  // Of those looked at so far: with the door at d, not above any of them, sum - count * d lies beyond it.
   double sum = 0, count = 0;
-  std::int64_t lowest = 1;
   while (heaviest.next()) {
-    const auto weight = heaviest.integer();
-    // With the door at this weight, what is beyond is the heavier ones' surplus.
-    if (sum - count * static_cast<double>(weight) > allowed) break;
-    lowest = weight;
-    sum += static_cast<double>(weight);
+    const double weight = heaviest.real();
+    if (sum - count * weight > allowed) break;
+    sum += weight;
     ++count;
   }
-  // Between this weight and the next lower one.
-  const double least = count > 0 ? (sum - allowed) / count : 1;
-  return door_from(std::min(lowest, static_cast<std::int64_t>(std::ceil(std::max(least, 1.0)))));
+  return door_from(static_cast<std::int64_t>(std::ceil((sum - allowed) / count)));
+}
+
+/// Counts anew what the players have seen of the even shelf.
+void recount_players(Connection& connection, std::int64_t scenario) {
+  run(connection,
+      "UPDATE player SET seen_even = (SELECT count(*) FROM seen CROSS JOIN sample ON sample.row = seen.sample"
+      " WHERE seen.player = player.row AND shelf = 0) WHERE scenario = ?",
+      scenario);
 }
 
 }  // namespace
@@ -128,15 +132,6 @@ bool settle_door(Connection& connection, Stock& stock) {
   }
   recount_players(connection, stock.scenario);
   return true;
-}
-
-void recount_players(Connection& connection, std::int64_t scenario) {
-  run(connection,
-      "UPDATE player SET seen = (SELECT count(*) FROM seen CROSS JOIN sample ON sample.row = seen.sample"
-      " WHERE seen.player = player.row AND shelf <= 1),"
-      " seen_even = (SELECT count(*) FROM seen CROSS JOIN sample ON sample.row = seen.sample"
-      " WHERE seen.player = player.row AND shelf = 0) WHERE scenario = ?",
-      scenario);
 }
 
 }  // namespace retake::database

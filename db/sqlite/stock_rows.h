@@ -58,7 +58,4 @@ void count(Stock& stock, Shelf shelf, std::uint64_t weight, bool is_played, int 
 bool settle_door(Connection& connection, Stock& stock);
 inline constexpr std::int64_t kSettled = 100'000;  ///< chosen: moving so many takes about a second
 
-/// Counts what the players of a scenario have seen, shelf by shelf, after samples changed theirs.
-void recount_players(Connection& connection, std::int64_t scenario);
-
 }  // namespace retake::database

@@ -27,7 +27,7 @@ Chain make_chain(const Scenario& scenario, const ChainRecord& record, std::strin
 
 /// Whether the stop rule by effective samples is looked at when there are so many samples.
 bool is_judged_at(std::uint64_t samples) {
-  std::uint64_t place = 8;  // chosen: the fewest that have an effective sample size
+  std::uint64_t place = 8;  // chosen; effective_samples() says from where on there is a size
   while (place < samples)
     place += (place + 3) / 4;  // a quarter more, rounded up
   return place == samples;

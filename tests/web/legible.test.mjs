@@ -107,8 +107,8 @@ const settled = async () => {
   await page.waitForFunction(() => [...document.querySelectorAll(".uplot")].every((plot) => !plot.checkVisibility() || plot.offsetWidth === plot.parentElement.clientWidth));
 };
 
-/** Captions are set anew until all that they tell of is known. */
-const said = () =>
+/** Waits until the text stands: captions are set anew until all that they tell of is known. */
+const textStands = () =>
   page.evaluate(async () => {
     for (let before; before !== document.body.innerText; await new Promise((resolve) => setTimeout(resolve, 150))) before = document.body.innerText;
   });
@@ -116,7 +116,7 @@ const said = () =>
 /** A window as high as what is in it, so that all of it is seen; the large view fills any window by itself. */
 async function fit({ width, height }) {
   await page.setViewportSize({ width, height });
-  if (width === WINDOWS[0].width) await said();
+  if (width === WINDOWS[0].width) await textStands(); // in the others the same text is laid out anew
   await settled();
   const whole = await page.evaluate(() => {
     const dialog = [...document.querySelectorAll("dialog:modal")].at(-1);
