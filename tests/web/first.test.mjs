@@ -184,20 +184,44 @@ test("the open scenario is in view in the list, marked, and the page does not sc
 test("a scenario that is found below what is loaded keeps its place in the list", async () => {
   const { page, faults, close } = await newPage(browser, STILL);
   const made = (id, at, samples = 0) => ({ id, world: "ball2d", world_version: 1, title: id, model: {}, constraints: [], created_at: `2026-01-01T00:00:0${at}.000Z`, samples, chains: { running: 0, paused: 0, finished: 0, failed: 0 }, odds: null, difficulty: null });
-  let told;
-  const events = new Promise((resolve) => (told = resolve));
   const old = made("old", 1);
-  await page.route("**/v1/scenarios?*", (route) => route.fulfill({ json: { scenarios: route.request().url().includes("cursor") ? [old] : [made("new", 5), made("newer", 4)], ...(route.request().url().includes("cursor") ? {} : { next_cursor: "c" }) } }));
-  await page.route("**/v1/events", async (route) => {
-    await events;
-    await route.fulfill({ contentType: "text/event-stream", body: [made("newest", 6), { ...old, samples: 7 }].map((scenario) => `event: scenario\ndata: ${JSON.stringify(scenario)}\n\n`).join("") });
+  // A stream that stays open: after one that ends the page asks for the whole list again.
+  await page.addInitScript(() => {
+    window.EventSource = class extends EventTarget {
+      constructor() {
+        super();
+        window.stream = this;
+      }
+      close() {}
+    };
+  });
+  const tell = (...scenarios) => page.evaluate((told) => told.forEach((one) => window.stream.dispatchEvent(new MessageEvent("scenario", { data: JSON.stringify(one) }))), scenarios);
+  let answer = () => {};
+  await page.route("**/v1/scenarios?*", async (route) => {
+    await answer();
+    await route.fulfill({ json: { scenarios: route.request().url().includes("cursor") ? [old] : [made("new", 5), made("newer", 4)], ...(route.request().url().includes("cursor") ? {} : { next_cursor: "c" }) } });
   });
   await page.goto(program.address);
   const titles = () => page.locator(".scenario-title").allTextContents();
   await page.waitForFunction(() => document.querySelectorAll(".scenario-title").length === 2);
-  told();
+  await tell(made("newest", 6), { ...old, samples: 7 });
   await page.waitForFunction(() => document.querySelectorAll(".scenario-title").length === 3);
   assert.deepEqual(await titles(), ["newest", "new", "newer"], "what is further down does not come up because something happens to it");
+
+  // What is told while the list is on its way is newer than the list.
+  let asked;
+  const isAsked = new Promise((resolve) => (asked = resolve));
+  let go;
+  const mayGo = new Promise((resolve) => (go = resolve));
+  answer = () => (asked(), mayGo);
+  const loaded = page.evaluate(async () => (await import("/app/catalog.js")).loadScenarios());
+  await isAsked;
+  await tell(made("last", 7), { ...made("new", 5), chains: { running: 1, paused: 0, finished: 0, failed: 0 } });
+  go();
+  await loaded;
+  await page.waitForFunction(() => ![...document.querySelectorAll(".scenario-title")].some(({ textContent }) => textContent === "newest"));
+  assert.deepEqual(await titles(), ["last", "new", "newer"]);
+  assert.match(await page.locator('[data-scenario="new"]').textContent(), /1 running/);
   await page.unroute("**/v1/scenarios?*");
   assert.deepEqual(faults, []);
   await close();

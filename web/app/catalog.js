@@ -14,6 +14,10 @@ let chainsOf = "";
 /** Whether they are all there; an event may tell of one before that. */
 let chainsReady = false;
 let cursor = null;
+/** What events told while a list is on its way, and is newer than that list. @type {Set<(() => void)[]>} */
+const whileLoading = new Set();
+/** Whether the list came; `ready` when all that it needs is there too. */
+let listed = false;
 let ready = false;
 let worlds = null;
 /** @type {Map<string, import("./types.js").World>} by name, once the scenarios are there */
@@ -77,11 +81,19 @@ export async function meaningOf(scenario) {
 }
 
 export async function loadScenarios({ more = false } = {}) {
-  const body = await request(`/v1/scenarios?limit=100${more && cursor ? `&cursor=${encodeURIComponent(cursor)}` : ""}`);
-  if (!more) scenarios.clear();
-  for (const scenario of body.scenarios) scenarios.set(scenario.id, scenario);
-  cursor = body.next_cursor ?? null;
-  sort();
+  const heard = [];
+  whileLoading.add(heard);
+  try {
+    const body = await request(`/v1/scenarios?limit=100${more && cursor ? `&cursor=${encodeURIComponent(cursor)}` : ""}`);
+    if (!more) scenarios.clear();
+    for (const scenario of body.scenarios) scenarios.set(scenario.id, scenario);
+    cursor = body.next_cursor ?? null;
+    listed = true;
+    sort();
+  } finally {
+    whileLoading.delete(heard);
+  }
+  for (const again of heard) again();
   const [all] = await Promise.all([allWorlds(), loadNamed()]);
   for (const world of all) knownWorlds.set(world.name, world);
   ready = true;
@@ -174,20 +186,20 @@ function isFurtherDown(scenario) {
   return Boolean(cursor && last) && !scenarios.has(scenario.id) && Date.parse(scenario.created_at) < Date.parse(last.created_at);
 }
 
-on("scenario", (scenario) => {
+/** What an event changes in the list. @param {(data: any) => void} change */
+const hear = (kind, change) => on(kind, (data) => {
+  change(data);
+  for (const heard of whileLoading) heard.push(() => change(data));
+  tell();
+});
+hear("scenario", (scenario) => {
   // Until the list is there, an event would look like the whole of it.
-  if (ready && !isFurtherDown(scenario)) keep(scenario);
-  tell();
+  if (listed && !isFurtherDown(scenario)) keep(scenario);
 });
-on("scenario-deleted", ({ id }) => {
-  scenarios.delete(id);
-  tell();
-});
-on("samples", ({ scenario, count }) => {
+hear("scenario-deleted", ({ id }) => scenarios.delete(id));
+hear("samples", ({ scenario, count }) => {
   const known = scenarios.get(scenario);
-  if (!known) return;
-  scenarios.set(scenario, { ...known, samples: count });
-  tell();
+  if (known) scenarios.set(scenario, { ...known, samples: count });
 });
 on("resync", () => Promise.all([loadScenarios(), loadChains({ again: true })]).catch(complain));
 onPlace((now, before) => {
