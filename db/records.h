@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sampler/lesson.h"
 #include "sampler/odds.h"
 #include "sampler/stay.h"
 
@@ -54,15 +55,28 @@ ChainState chain_state(std::string_view name);
 /// When a chain ends by itself; nothing set: when it is stopped.
 struct StopRule {
   std::optional<std::uint64_t> samples{};
+  std::optional<std::uint64_t> counted{};  ///< samples that count: those of learning do not
   std::optional<std::uint64_t> iterations{};
   std::optional<double> seconds{};     ///< [s] of running time, pauses left out
   std::optional<std::uint64_t> ess{};  ///< effective samples, of the variable or measure that has fewest
 };
 
+/// Calls `visit(name, limit...)` for every limit of one or several rules. Who keeps, sends or compares them
+/// goes by this list.
+template <typename Visitor, typename... Rules>
+void visit_limits(Visitor&& visit, Rules&... rules) {
+  visit("samples", rules.samples...);
+  visit("counted", rules.counted...);
+  visit("iterations", rules.iterations...);
+  visit("seconds", rules.seconds...);
+  visit("ess", rules.ess...);
+}
+
 /// Counters that grow while a chain runs: those of the sampler's Chain, and those of whoever runs it.
 struct ChainCounters : ChainCounts {
   double run_seconds = 0;            ///< [s] for which the chain has been stepped
   double iterations_per_second = 0;  ///< over the last seconds in which it ran
+  std::uint64_t counted = 0;         ///< samples of a weight above 0
   std::optional<std::uint64_t> first_sample_iteration;
   std::optional<double> first_sample_seconds;  ///< run_seconds at the first sample
   std::optional<double> effective_samples;     ///< as judged last
@@ -75,13 +89,25 @@ struct ChainRecord {
   std::uint64_t seed = 0;   ///< below 2^63
   std::string method;
   std::string ratios;
-  std::string settings;  ///< JSON text of further settings of the chain, empty if none
+  std::string settings;      ///< JSON text of further settings of the chain, empty if none
+  std::uint64_t lesson = 0;  ///< the number of the lesson that it began from; 0: it learns by itself
   ChainState state = ChainState::queued;
   StopRule stop;
   ChainCounters counters;
   std::string ended_by;         ///< for finished chains: what ended it
   std::string error;            ///< for failed chains
   std::int64_t created_at = 0;  ///< [ms], set by the store if 0
+};
+
+/// A lesson without its bytes. Its number is the scenario's, counted from 1; neither ever changes.
+struct LessonRecord {
+  std::uint64_t number = 0;
+  std::string method;
+  std::string ratios;
+  std::string chain;  ///< that learned it
+  std::uint32_t version = kLessonVersion;
+  bool is_place = false;
+  std::int64_t created_at = 0;  ///< [ms]
 };
 
 /// A sample without its blobs. Its id names its place for good: chain, iteration and replica.
@@ -130,8 +156,9 @@ struct ChainProgress {
   std::string ended_by;
   std::string error;
   std::string checkpoint;
-  std::string trace_block;     ///< appended to the trace unless empty
-  bool replace_trace = false;  ///< the block takes the place of all earlier ones
+  std::optional<Lesson> lesson;  ///< becomes the scenario's next one
+  std::string trace_block;       ///< appended to the trace unless empty
+  bool replace_trace = false;    ///< the block takes the place of all earlier ones
 };
 
 /// One draw of a chain for the diagnostics.

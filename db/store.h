@@ -56,6 +56,10 @@ class Store {
   virtual std::vector<ChainRecord> chains(std::string_view scenario) const = 0;
   /// Every chain of every scenario in one of these states, in the order in which they were added.
   virtual std::vector<ChainRecord> chains_in_states(const std::vector<ChainState>& states) const = 0;
+  /// The chain of a scenario with this one's method, ratios, seed and index, and the lesson if there is one
+  /// given; of several the oldest.
+  virtual std::optional<ChainRecord> same_chain(const ChainRecord& like,
+                                                std::optional<std::uint64_t> lesson) const = 0;
   /// The checkpoint committed last, empty if there is none yet.
   virtual std::string checkpoint(std::string_view chain) const = 0;
   /// Sets the state of a chain, and with it why it ended or failed. Durable when it returns. A chain that was
@@ -63,13 +67,26 @@ class Store {
   virtual void set_chain_state(std::string_view id, ChainState state, std::string_view ended_by,
                                std::string_view error) = 0;
 
+  /// Durable when it returns. A chain that was deleted meanwhile is left out.
+  virtual void set_chain_stop(std::string_view id, const StopRule& stop) = 0;
+
   /// Queues what a chain did since its last commit: new samples, the weight of the sample it stands on, its
-  /// counters, its checkpoint and its trace, all in one transaction. Samples are unique by (chain, iteration,
-  /// replica): one that is there already keeps its row and plays and takes the new weight.
-  /// Progress of a chain that was deleted meanwhile is dropped. The future is ready once it is committed, and
-  /// holds how many samples the scenario has then (0 if it was dropped), or a StoreError; nothing of the
-  /// progress is stored then. The queue has no bound: wait for the futures.
+  /// counters, its checkpoint, its trace and what it has learned, all in one transaction. Samples are unique
+  /// by (chain, iteration, replica): one that is there already keeps its row and plays and takes the new
+  /// weight. Progress of a chain that was deleted meanwhile is dropped. The future is ready once it is
+  /// committed, and holds how many samples the scenario has then (0 if it was dropped), or a StoreError;
+  /// nothing of the progress is stored then. The queue has no bound: wait for the futures.
   virtual std::future<std::uint64_t> commit(ChainProgress progress) = 0;
+
+  /// The lessons of a scenario, in the order of their numbers.
+  virtual std::vector<LessonRecord> lessons(std::string_view scenario) const = 0;
+  virtual std::optional<Lesson> lesson(std::string_view scenario, std::uint64_t number) const = 0;
+  /// Which lesson a new chain of this method and these ratios begins from: the newest one that serves any
+  /// number of chains, else of the places from which no chain went on (one that is under way, or found a
+  /// sample) the one that waits longest. Those `taken` are passed over, as are other versions. 0: none.
+  virtual std::uint64_t next_lesson(std::string_view scenario, std::string_view method,
+                                    std::string_view ratios,
+                                    const std::vector<std::uint64_t>& taken) const = 0;
 
   /// A chain's trace: the blobs of its trace blocks in order.
   virtual std::vector<std::string> trace(std::string_view chain) const = 0;

@@ -22,6 +22,16 @@ Chain::Chain(std::shared_ptr<const Target> target, const ChainSettings& settings
   for (std::string& name : kernel_names(*target_, settings_->method))
     counts_->kernels.push_back({.name = std::move(name)});
   walk_ = make_walk(*target_, *settings_, *counts_);
+  if (settings_->lesson.empty()) return;
+  try {
+    ByteReader in(settings_->lesson);
+    if (in.get<std::uint8_t>() != static_cast<std::uint8_t>(settings_->method))
+      throw std::out_of_range("it belongs to another method");
+    walk_->begin_from(in);
+    if (!in.at_end()) throw std::out_of_range("there is more than a lesson");
+  } catch (const std::out_of_range& fault) {
+    throw std::runtime_error(std::string("lesson cannot be read: ") + fault.what());
+  }
 }
 
 Chain::~Chain() = default;
@@ -49,6 +59,14 @@ std::uint64_t Chain::ended_weight() const {
 
 const Stay& Chain::stay(std::size_t walker) const {
   return walk_->walkers()[walker].stay;
+}
+
+std::optional<Lesson> Chain::lesson() const {
+  ByteWriter out;
+  out.put(static_cast<std::uint8_t>(settings_->method));
+  const Walk::Teaching teaching = counts_->is_learning ? Walk::Teaching::nothing : walk_->teach(out);
+  if (teaching == Walk::Teaching::nothing) return std::nullopt;
+  return Lesson{.is_place = teaching == Walk::Teaching::place, .bytes = out.take()};
 }
 
 // --- Checkpoint -------------------------------------------------------------------------------

@@ -6,9 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "sampler/lesson.h"
 #include "sampler/simulator.h"
 #include "sampler/stay.h"
 #include "sampler/target.h"
@@ -23,6 +25,7 @@ class Walk;
 /// from at first.) Thread safety: one thread at a time, not always the same.
 class Chain {
  public:
+  /// Throws: std::runtime_error if the settings' lesson is none of this target and method.
   Chain(std::shared_ptr<const Target> target, const ChainSettings& settings);
   /// Continues from `checkpoint()` of a chain with equal target and settings.
   /// Throws: std::runtime_error if the bytes are not such a checkpoint.
@@ -45,6 +48,9 @@ class Chain {
   const ChainSettings& settings() const { return *settings_; }
   const Target& target() const { return *target_; }
   std::string checkpoint() const;
+  /// What it knows, for others to begin from; none while it is learning, and where the method has nothing to
+  /// learn.
+  std::optional<Lesson> lesson() const;
   ~Chain();
   Chain(Chain&&) noexcept;
   Chain& operator=(Chain&&) noexcept;

@@ -162,6 +162,10 @@ void Conditional::start_sampling() {
     valid_share_ = static_cast<double>(valid) / (kValidityDraws + 1);
   }
   hits_ = {};
+  enter_sampling();
+}
+
+void Conditional::enter_sampling() {
   phase_ = Phase::sampling;
   turn_ = kHitsPerLocal;  // the first of them are draws of q, so the walk needs no burning in
   counts_.is_learning = false;
@@ -213,6 +217,25 @@ std::uint64_t Conditional::draw_count(RandomStream& random) const {
   return static_cast<std::uint64_t>(std::min(mean, kLargestCount) + random.uniform());
 }
 
+// --- Lesson -----------------------------------------------------------------------------------
+// The redraw, and by what its hits are weighed.
+
+Walk::Teaching Conditional::teach(ByteWriter& out) const {
+  out.put(valid_share_);
+  out.put(hit_scale_);
+  redraw_.write(out);
+  return Teaching::proposal;
+}
+
+void Conditional::begin_from(ByteReader& lesson) {
+  valid_share_ = lesson.get<double>();
+  hit_scale_ = lesson.get<double>();
+  redraw_ = LearnedRedraw::read(lesson, block_);
+  if (!(valid_share_ > 0 && valid_share_ <= 1) || !std::isfinite(hit_scale_) || redraw_.is_prior())
+    throw std::out_of_range("a redraw that cannot be");
+  enter_sampling();
+}
+
 // --- Checkpoint -------------------------------------------------------------------------------
 
 void Conditional::write(ByteWriter& out) const {
@@ -230,7 +253,7 @@ void Conditional::write(ByteWriter& out) const {
   out.put(static_cast<std::uint32_t>(hits_.size()));
   for (const WeighedState& hit : hits_) {
     out.put(hit.weight);
-    out.put_numbers(hit.state.data(), static_cast<std::size_t>(hit.state.size()));
+    write_state(out, hit.state);
   }
   if (phase_ == Phase::tempering) ladder_->write(out);
 }
@@ -253,14 +276,11 @@ void Conditional::read(ByteReader& in) {
   redraw_ = LearnedRedraw::read(in, block_);
   hits_.clear();
   for (auto count = in.get<std::uint32_t>(); count > 0; --count) {
-    WeighedState hit;
-    hit.weight = in.get<double>();
-    in.get_numbers(hit.state);
-    if (static_cast<std::size_t>(hit.state.size()) != target_.model->size())
-      throw std::out_of_range("other variables");
-    hits_.push_back(std::move(hit));
+    const auto weight = in.get<double>();
+    hits_.push_back({.state = read_state(in, target_), .weight = weight});
   }
-  if (phase_ == Phase::sampling && (!walker_.was_simulated || redraw_.is_prior()))
+  const bool has_moved = walker_.was_simulated || turn_ == kHitsPerLocal;
+  if (phase_ == Phase::sampling && (!has_moved || redraw_.is_prior()))
     throw std::out_of_range("a phase without what it needs");
   if (phase_ != Phase::tempering) return;
   ladder_ = std::make_unique<Tempering>(target_, settings_, counts_, Tempering::Part::of_another, kTempering);

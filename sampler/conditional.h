@@ -42,6 +42,8 @@ class Conditional final : public Walk {
   bool step(Simulator& simulator) override;
   void write(ByteWriter& out) const override;
   void read(ByteReader& in) override;
+  Teaching teach(ByteWriter& out) const override;
+  void begin_from(ByteReader& lesson) override;
 
  private:
   enum class Phase : std::uint8_t {
@@ -56,6 +58,7 @@ class Conditional final : public Walk {
   double plain_hits() const;
   void learn(bool for_good);
   void start_sampling();
+  void enter_sampling();
   bool sample(Simulator& simulator);
   bool move_locally(Simulator& simulator);
   /// How often the walker's State counts: a whole number, its mean proportional to p p_c / q.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "sampler/check.h"
 
@@ -36,6 +37,21 @@ std::vector<std::string> Guided::kernel_names(const Guide& guide) {
 }
 
 void Guided::start(Simulator& simulator) {
+  if (!place_) return start_building(simulator);
+  walker_.stay.state = *std::exchange(place_, std::nullopt);
+  walker_.stay.log_prior = target_.model->log_prior(walker_.stay.state);
+  simulate_first(simulator, walker_);
+  // On another kind of processor last digits may differ, and what just satisfied there may just not do so.
+  if (!walker_.stay.score.satisfied || walker_.stay.log_prior == kImpossible) {
+    phase_ = Phase::building;
+    counts_.is_learning = true;
+    return start_building(simulator);
+  }
+  noted_.stay = walker_.stay;
+  noted_.stay.weight = 0;
+}
+
+void Guided::start_building(Simulator& simulator) {
   RandomStream draws = random(Purpose::initial);
   guide_.begin(*target_.model, walker_.stay.state, draws);
   walker_.stay.log_prior = target_.model->log_prior(walker_.stay.state);
@@ -146,6 +162,21 @@ bool Guided::note() {
   noted.is_sample = true;
   ++counts_.samples;
   return true;
+}
+
+// --- Lesson -----------------------------------------------------------------------------------
+// The State that was noted last.
+
+Walk::Teaching Guided::teach(ByteWriter& out) const {
+  if (!noted_.stay.is_sample) return Teaching::nothing;
+  write_state(out, noted_.stay.state);
+  return Teaching::place;
+}
+
+void Guided::begin_from(ByteReader& lesson) {
+  place_ = read_state(lesson, target_);
+  phase_ = Phase::sampling;
+  counts_.is_learning = false;
 }
 
 // --- Checkpoint -------------------------------------------------------------------------------

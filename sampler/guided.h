@@ -2,6 +2,8 @@
 // doc/design.md, section 3, "Conditional". Every decision is taken by counts. Internal to the sampler.
 #pragma once
 
+#include <optional>
+
 #include "sampler/guide.h"
 #include "sampler/walk.h"
 
@@ -26,6 +28,8 @@ class Guided final : public Walk {
   std::span<const Walker> walkers() const override { return {&noted_, 1}; }
   void write(ByteWriter& out) const override;
   void read(ByteReader& in) override;
+  Teaching teach(ByteWriter& out) const override;
+  void begin_from(ByteReader& lesson) override;
 
  private:
   enum class Phase : std::uint8_t {
@@ -35,6 +39,7 @@ class Guided final : public Walk {
     soft_stretch,  ///< within sampling
   };
 
+  void start_building(Simulator& simulator);
   void build(Simulator& simulator);
   void move(const ScoredKernelTable& kernels, std::size_t first_counter, bool conditional,
             Simulator& simulator);
@@ -48,6 +53,7 @@ class Guided final : public Walk {
   std::uint64_t since_note_ = 0;  ///< satisfied States
   std::uint64_t moved_at_ = 0;    ///< the iteration that moved to where it stands
   Walker noted_;
+  std::optional<State> place_;  ///< where it begins, before the first iteration
 };
 
 }  // namespace retake

@@ -9,7 +9,7 @@
 namespace retake {
 namespace {
 
-constexpr double kCountsOfMost = 8;     // chosen: rounding then costs little, and few samples are stored
+constexpr double kCountsOfMost = 8;    // chosen: rounding then costs little, and few samples are stored
 constexpr double kLargestMean = 1e12;  // far from any that a bound allows
 
 }  // namespace

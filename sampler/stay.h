@@ -28,6 +28,8 @@ struct ChainSettings {
   /// Off: every candidate is simulated to its end. The chain is the same bit for bit; only slower.
   bool early_rejection = true;
   LearningLimits learning{};
+  /// The bytes of a Lesson to begin from, in place of learning; empty: none.
+  std::string lesson{};
 };
 
 struct KernelCounter {

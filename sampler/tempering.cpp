@@ -81,18 +81,22 @@ void Tempering::build_ladder() {
   const double first = depth > 0 ? std::min(kWarmest, kFirstBeta / depth) : kWarmest;
   const auto wanted = static_cast<std::size_t>(std::ceil(std::log(1 / first) / std::log(kStep))) + 2;
   const std::size_t count = std::clamp(wanted, kFewestRungs, kMostRungs);
-  rungs_.resize(count);
-  for (std::size_t r = 0; r < count; ++r) {
-    rungs_[r].beta =
-        r == 0 ? 0 : std::pow(first, 1 - static_cast<double>(r - 1) / static_cast<double>(count - 2));
+  place_on_ladder(count);
+  for (std::size_t r = 1; r < count; ++r)
+    rungs_[r].beta = std::pow(first, 1 - static_cast<double>(r - 1) / static_cast<double>(count - 2));
+  stage_ = Stage::tuning;
+  publish_rungs();
+}
+
+/// As many rungs of beta 0, and a walker on each that stands nowhere yet.
+void Tempering::place_on_ladder(std::size_t count) {
+  rungs_.assign(count, {});
+  for (std::size_t r = 0; r < count; ++r)
     rungs_[r].walker = r;
-  }
   walkers_ = std::vector<Walker>(count);
   lineages_.assign(count, 0);
   for (Walker& walker : walkers_)
     walker.stay.score.measures.assign(target_.measure_names.size(), kAbsent);
-  stage_ = Stage::tuning;
-  publish_rungs();
 }
 
 // --- The ladder -------------------------------------------------------------------------------
@@ -103,7 +107,7 @@ bool Tempering::step_rung(Simulator& simulator) {
   Walker& walker = walkers_[walker_index_];
   bool moved = false;
   if (!walker.was_simulated) {
-    draw_first(walker, walker_index_ + 1);
+    if (walker.stay.state.size() == 0) draw_first(walker, walker_index_ + 1);
     simulate_first(simulator, walker);
     lineages_[walker_index_] = counts_.iteration;
   } else {
@@ -285,6 +289,36 @@ void Tempering::estimate_odds() {
   odds.sum = std::min(probability, 1.0) * static_cast<double>(odds.draws);
   odds.squares = relative_variance * odds.sum * odds.sum;
   odds.largest = relative_variance * odds.sum;
+}
+
+// --- Lesson -----------------------------------------------------------------------------------
+// The ladder, and who stands on it.
+
+Walk::Teaching Tempering::teach(ByteWriter& out) const {
+  out.put(static_cast<std::uint32_t>(rungs_.size()));
+  for (const Rung& rung : rungs_) {
+    out.put(rung.beta);
+    write_state(out, walkers_[rung.walker].stay.state);
+  }
+  return Teaching::place;
+}
+
+void Tempering::begin_from(ByteReader& lesson) {
+  const auto count = lesson.get<std::uint32_t>();
+  if (count < kFewestRungs || count > kMostRungs) throw std::out_of_range("a ladder that cannot be");
+  place_on_ladder(count);
+  for (std::size_t r = 0; r < count; ++r) {
+    rungs_[r].beta = lesson.get<double>();
+    if (!(rungs_[r].beta >= (r == 0 ? 0 : rungs_[r - 1].beta) && rungs_[r].beta <= 1))
+      throw std::out_of_range("a ladder that cannot be");
+    Stay& stay = walkers_[r].stay;
+    stay.state = read_state(lesson, target_);
+    stay.log_prior = target_.model->log_prior(stay.state);
+    if (stay.log_prior == kImpossible) throw std::out_of_range("a replica where there is nothing");
+  }
+  stage_ = Stage::sampling;
+  counts_.is_learning = false;
+  publish_rungs();
 }
 
 // --- Checkpoint -------------------------------------------------------------------------------

@@ -31,6 +31,8 @@ class Tempering final : public Walk {
   std::size_t walker() const override { return walker_index_; }
   void write(ByteWriter& out) const override;
   void read(ByteReader& in) override;
+  Teaching teach(ByteWriter& out) const override;
+  void begin_from(ByteReader& lesson) override;
 
   /// So many satisfied States were found, from so many independent draws of the prior, that kernels may be
   /// learned from them and the ladder be trusted.
@@ -54,6 +56,7 @@ class Tempering final : public Walk {
 
   bool step_pilot(Simulator& simulator);
   void build_ladder();
+  void place_on_ladder(std::size_t count);
   bool step_rung(Simulator& simulator);
   bool note_stay(Walker& walker, bool moved, bool counts);
   void finish_round();

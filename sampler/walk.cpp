@@ -220,6 +220,22 @@ void Walk::read(ByteReader& in) {
     throw std::out_of_range("a walker that stands nowhere");
 }
 
+void Walk::begin_from(ByteReader&) {
+  throw std::out_of_range("this method learns nothing");
+}
+
+void write_state(ByteWriter& out, const State& state) {
+  out.put_numbers(state.data(), static_cast<std::size_t>(state.size()));
+}
+
+State read_state(ByteReader& in, const Target& target) {
+  State state;
+  in.get_numbers(state);
+  if (static_cast<std::size_t>(state.size()) != target.model->size())
+    throw std::out_of_range("other variables");
+  return state;
+}
+
 void write_walker(ByteWriter& out, const Walker& walker) {
   const Stay& stay = walker.stay;
   out.put(static_cast<std::uint8_t>(walker.was_simulated));
@@ -229,7 +245,7 @@ void write_walker(ByteWriter& out, const Walker& walker) {
   out.put(stay.log_prior);
   out.put(stay.score.log_constraint);
   out.put(static_cast<std::uint8_t>(stay.score.satisfied));
-  out.put_numbers(stay.state.data(), static_cast<std::size_t>(stay.state.size()));
+  write_state(out, stay.state);
   out.put_numbers(stay.score.measures.data(), stay.score.measures.size());
 }
 

@@ -44,6 +44,17 @@ class Walk {
   /// Throws: std::out_of_range.
   virtual void read(ByteReader& in);
 
+  /// See Lesson.
+  enum class Teaching { nothing, proposal, place };
+  /// Writes what it has learned; asked for once it is no longer learning.
+  virtual Teaching teach(ByteWriter& out) const {
+    (void)out;
+    return Teaching::nothing;
+  }
+  /// Before the first iteration: what another one's teach() wrote takes the place of learning.
+  /// Throws: std::out_of_range.
+  virtual void begin_from(ByteReader& lesson);
+
  protected:
   Walk(const Target& target, const ChainSettings& settings, ChainCounts& counts);
 
@@ -107,6 +118,9 @@ class Walk {
   bool resumes_;  ///< until the simulator has no Run to offer
 };
 
+void write_state(ByteWriter& out, const State& state);
+/// Throws: std::out_of_range, also if the State has another length than the target's.
+State read_state(ByteReader& in, const Target& target);
 void write_walker(ByteWriter& out, const Walker& walker);
 /// Throws: std::out_of_range, also if the State or the measures have another length than the target's.
 void read_walker(ByteReader& in, const Target& target, Walker& walker);

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "db/sqlite/lesson_rows.h"
 #include "db/sqlite/sample_rows.h"
 #include "db/sqlite/scenario_rows.h"
 #include "sampler/target.h"
@@ -21,12 +22,24 @@ std::string counter_columns(std::string_view after = "") {
   return columns;
 }
 
+/// "stop_<name><after>, ..." of the limits of a stop rule.
+std::string stop_columns(std::string_view after = "") {
+  std::string columns;
+  StopRule none;
+  visit_limits(
+      [&](std::string_view name, const auto&) {
+        columns.append(columns.empty() ? "stop_" : ", stop_").append(name).append(after);
+      },
+      none);
+  return columns;
+}
+
 /// A statement whose rows read_chain reads.
 std::string select_chains(std::string_view from) {
-  return "SELECT chain.row, chain.id, scenario.id, position, seed, method, ratios, settings, state,"
-         " stop_samples, stop_iterations, stop_seconds, stop_ess, " +
-         counter_columns() +
-         ", run_seconds, iterations_per_second, first_sample_iteration, first_sample_seconds,"
+  return "SELECT chain.row, chain.id, scenario.id, position, seed, method, ratios, settings, lesson, state,"
+         " " +
+         stop_columns() + ", " + counter_columns() +
+         ", counted, run_seconds, iterations_per_second, first_sample_iteration, first_sample_seconds,"
          " effective_samples, is_learning, ended_by, error, chain.created_at, " ODDS_COLUMNS " " +
          std::string(from);
 }
@@ -41,13 +54,14 @@ ChainRecord read_chain(Connection& connection, Query& query) {
   record.method = query.text();
   record.ratios = query.text();
   record.settings = query.text();
+  record.lesson = query.count();
   record.state = chain_state(query.text());
-  record.stop.samples = query.optional<std::uint64_t>();
-  record.stop.iterations = query.optional<std::uint64_t>();
-  record.stop.seconds = query.optional<double>();
-  record.stop.ess = query.optional<std::uint64_t>();
+  visit_limits(
+      [&]<typename Limit>(std::string_view, std::optional<Limit>& limit) { limit = query.optional<Limit>(); },
+      record.stop);
   ChainCounters& counters = record.counters;
   visit_counters(counters, [&]<typename Value>(const char*, Value& value) { value = query.number<Value>(); });
+  counters.counted = query.count();
   counters.run_seconds = query.real();
   counters.iterations_per_second = query.real();
   counters.first_sample_iteration = query.optional<std::uint64_t>();
@@ -99,18 +113,27 @@ void write_rungs(Connection& connection, std::int64_t chain, const std::vector<R
   run(connection, "DELETE FROM chain_rung WHERE chain = ? AND position >= ?", chain, position);
 }
 
+void write_stop(Connection& connection, std::int64_t chain, const StopRule& stop) {
+  static const std::string sql = "UPDATE chain SET " + stop_columns(" = ?") + " WHERE row = ?";
+  Query query(connection, sql);
+  visit_limits([&](std::string_view, const auto& limit) { query.bind(limit); }, stop);
+  query.bind(chain);
+  query.next();
+}
+
 void write_counters(Connection& connection, std::int64_t chain, const ChainCounters& counters) {
   static const std::string sql =
       "UPDATE chain SET " + counter_columns(" = ?") +
-      ", run_seconds = ?, iterations_per_second = ?, first_sample_iteration = ?, first_sample_seconds = ?,"
+      ", counted = ?, run_seconds = ?, iterations_per_second = ?, first_sample_iteration = ?, "
+      "first_sample_seconds = ?,"
       " effective_samples = ?, is_learning = ?, odds_basis = ?, odds_draws = ?, odds_hits = ?, odds_sum = ?,"
       " odds_squares = ?, odds_largest = ? WHERE row = ?";
   Query query(connection, sql);
   visit_counters(counters, [&](const char*, auto value) { query.bind(value); });
-  query.bind_all(counters.run_seconds, counters.iterations_per_second, counters.first_sample_iteration,
-                 counters.first_sample_seconds, counters.effective_samples, counters.is_learning ? 1 : 0,
-                 to_string(counters.odds.basis), counters.odds.draws, counters.odds.hits, counters.odds.sum,
-                 counters.odds.squares, counters.odds.largest, chain);
+  query.bind_all(counters.counted, counters.run_seconds, counters.iterations_per_second,
+                 counters.first_sample_iteration, counters.first_sample_seconds, counters.effective_samples,
+                 counters.is_learning ? 1 : 0, to_string(counters.odds.basis), counters.odds.draws,
+                 counters.odds.hits, counters.odds.sum, counters.odds.squares, counters.odds.largest, chain);
   query.next();
   write_kernels(connection, chain, counters.kernels);
   write_rungs(connection, chain, counters.rungs);
@@ -122,6 +145,17 @@ std::optional<ChainRecord> load_chain(Connection& connection, std::string_view i
   static const std::string sql =
       select_chains("FROM chain CROSS JOIN scenario ON scenario.row = chain.scenario WHERE chain.id = ?");
   Query query(connection, sql, id);
+  if (!query.next()) return std::nullopt;
+  return read_chain(connection, query);
+}
+
+std::optional<ChainRecord> load_same_chain(Connection& connection, const ChainRecord& like,
+                                           std::optional<std::uint64_t> lesson) {
+  static const std::string sql = select_chains(
+      "FROM scenario CROSS JOIN chain INDEXED BY chain_by_seed ON chain.scenario = scenario.row"
+      " WHERE scenario.id = ?1 AND seed = ?2 AND position = ?3 AND method = ?4 AND ratios = ?5"
+      " AND coalesce(?6, lesson) = lesson ORDER BY chain.row LIMIT 1");
+  Query query(connection, sql, like.scenario, like.seed, like.index, like.method, like.ratios, lesson);
   if (!query.next()) return std::nullopt;
   return read_chain(connection, query);
 }
@@ -170,15 +204,17 @@ bool insert_chain(Connection& connection, const ChainRecord& record) {
   if (!scenario) return false;
   // The counters follow; what must not be null is 0 until then.
   run(connection,
-      "INSERT INTO chain (id, scenario, position, seed, method, ratios, settings, state, stop_samples,"
-      " stop_iterations, stop_seconds, stop_ess, iteration, accepted, samples, simulations,"
-      " failed_simulations, simulated_seconds, run_seconds, iterations_per_second, ended_by, error,"
-      " created_at)"
-      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, 0, 0, 0, 0, 0, 0, 0, 0, ?, ?, ?)",
+      "INSERT INTO chain (id, scenario, position, seed, method, ratios, settings, lesson, state, iteration,"
+      " accepted, samples, simulations, failed_simulations, simulated_seconds, run_seconds,"
+      " iterations_per_second, ended_by, error, created_at)"
+      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, 0, 0, 0, 0, 0, 0, 0, 0, ?, ?, ?)",
       record.id, *scenario, record.index, record.seed, record.method, record.ratios, record.settings,
-      to_string(record.state), record.stop.samples, record.stop.iterations, record.stop.seconds,
-      record.stop.ess, record.ended_by, record.error, record.created_at != 0 ? record.created_at : now());
-  write_counters(connection, connection.last_inserted_row(), record.counters);
+      record.lesson, to_string(record.state), record.ended_by, record.error,
+      record.created_at != 0 ? record.created_at : now());
+  const std::int64_t row = connection.last_inserted_row();
+  write_stop(connection, row, record.stop);
+  write_counters(connection, row, record.counters);
+  if (record.lesson > 0) take_lesson(connection, *scenario, record.lesson);
   return true;
 }
 
@@ -186,6 +222,12 @@ void update_chain_state(Connection& connection, std::string_view id, ChainState 
                         std::string_view ended_by, std::string_view error) {
   run(connection, "UPDATE chain SET state = ?, ended_by = ?, error = ? WHERE id = ?", to_string(state),
       ended_by, error, id);
+  if (state == ChainState::finished) return_lesson_if_unused(connection, id);
+}
+
+void update_chain_stop(Connection& connection, std::string_view id, const StopRule& stop) {
+  Query query(connection, "SELECT row FROM chain WHERE id = ?", id);
+  if (query.next()) write_stop(connection, query.integer(), stop);
 }
 
 Written write_progress(Connection& connection, const ChainProgress& progress) {
@@ -215,7 +257,8 @@ Written write_progress(Connection& connection, const ChainProgress& progress) {
     update_chain_state(connection, progress.chain, *progress.state, progress.ended_by, progress.error);
   }
 
-  // Checkpoint and trace.
+  // Checkpoint, trace and lesson.
+  if (progress.lesson) insert_lesson(connection, scenario, chain.row, *progress.lesson);
   run(connection, "REPLACE INTO checkpoint (chain, bytes) VALUES (?, ?)", chain.row,
       Blob{progress.checkpoint});
   if (progress.replace_trace) run(connection, "DELETE FROM trace_block WHERE chain = ?", chain.row);

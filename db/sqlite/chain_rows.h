@@ -14,6 +14,9 @@
 namespace retake::database {
 
 std::optional<ChainRecord> load_chain(Connection& connection, std::string_view id);
+/// See Store::same_chain.
+std::optional<ChainRecord> load_same_chain(Connection& connection, const ChainRecord& like,
+                                           std::optional<std::uint64_t> lesson);
 std::vector<ChainRecord> load_chains(Connection& connection, std::string_view scenario);
 std::vector<ChainRecord> load_chains_in_states(Connection& connection, const std::vector<ChainState>& states);
 std::string load_checkpoint(Connection& connection, std::string_view chain);
@@ -23,6 +26,7 @@ std::vector<std::string> load_trace(Connection& connection, std::string_view cha
 bool insert_chain(Connection& connection, const ChainRecord& record);
 void update_chain_state(Connection& connection, std::string_view id, ChainState state,
                         std::string_view ended_by, std::string_view error);
+void update_chain_stop(Connection& connection, std::string_view id, const StopRule& stop);
 struct Written {
   std::uint64_t samples = 0;   ///< that the scenario holds then; 0 if the chain is gone
   bool shelves_moved = false;  ///< older samples changed their shelf

@@ -231,6 +231,31 @@ UPDATE player SET
                    WHERE seen.player = player.row AND shelf = 2);
 )sql";
 
+// What was learned belongs to the scenario.
+constexpr const char* kVersion4 = R"sql(
+CREATE TABLE lesson (
+  row INTEGER PRIMARY KEY AUTOINCREMENT,
+  scenario INTEGER NOT NULL REFERENCES scenario ON DELETE CASCADE,
+  number INTEGER NOT NULL CHECK (number >= 1),
+  method TEXT NOT NULL,
+  ratios TEXT NOT NULL,
+  chain INTEGER NOT NULL REFERENCES chain ON DELETE CASCADE,  -- that learned it
+  version INTEGER NOT NULL,
+  is_place INTEGER NOT NULL,
+  went_on INTEGER NOT NULL DEFAULT 0,      -- a chain went on from this place
+  bytes BLOB NOT NULL,
+  created_at INTEGER NOT NULL,
+  UNIQUE (scenario, number)
+) STRICT;
+CREATE INDEX lesson_by_kind ON lesson (scenario, method, ratios, version, is_place, went_on, number);
+CREATE INDEX lesson_by_chain ON lesson (chain);
+ALTER TABLE chain ADD COLUMN lesson INTEGER NOT NULL DEFAULT 0;  -- its number; 0: it learns by itself
+ALTER TABLE chain ADD COLUMN stop_counted INTEGER;
+ALTER TABLE chain ADD COLUMN counted INTEGER NOT NULL DEFAULT 0;  -- samples of a weight above 0
+UPDATE chain SET counted = (SELECT count(*) FROM sample WHERE sample.chain = chain.row AND weight > 0);
+CREATE INDEX chain_by_seed ON chain (scenario, seed);
+)sql";
+
 std::int64_t single_integer(Connection& connection, std::string_view sql) {
   Query query(connection, sql);
   query.next();
@@ -240,7 +265,7 @@ std::int64_t single_integer(Connection& connection, std::string_view sql) {
 }  // namespace
 
 std::span<const std::string> migrations() {
-  static const std::array<std::string, 3> scripts{kVersion1, kVersion2, kVersion3};
+  static const std::array<std::string, 4> scripts{kVersion1, kVersion2, kVersion3, kVersion4};
   return scripts;
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "db/sqlite/chain_rows.h"
+#include "db/sqlite/lesson_rows.h"
 #include "db/sqlite/play_rows.h"
 #include "db/sqlite/sample_rows.h"
 #include "db/sqlite/scenario_rows.h"
@@ -160,6 +161,34 @@ std::future<std::uint64_t> SqliteStore::commit(ChainProgress progress) {
                   if (written.shelves_moved) frontiers_.clear();
                   return written.samples;
                 });
+}
+
+std::optional<ChainRecord> SqliteStore::same_chain(const ChainRecord& like,
+                                                   std::optional<std::uint64_t> lesson) const {
+  return read("a chain", [&](Connection& connection) { return load_same_chain(connection, like, lesson); });
+}
+
+void SqliteStore::set_chain_stop(std::string_view id, const StopRule& stop) {
+  write("change a chain in", [id = std::string(id), stop](Connection& connection) {
+    update_chain_stop(connection, id, stop);
+    return true;
+  });
+}
+
+std::vector<LessonRecord> SqliteStore::lessons(std::string_view scenario) const {
+  return read("lessons", [&](Connection& connection) { return load_lessons(connection, scenario); });
+}
+
+std::optional<Lesson> SqliteStore::lesson(std::string_view scenario, std::uint64_t number) const {
+  return read("a lesson", [&](Connection& connection) { return load_lesson(connection, scenario, number); });
+}
+
+std::uint64_t SqliteStore::next_lesson(std::string_view scenario, std::string_view method,
+                                       std::string_view ratios,
+                                       const std::vector<std::uint64_t>& taken) const {
+  return read("lessons", [&](Connection& connection) {
+    return load_next_lesson(connection, scenario, method, ratios, taken);
+  });
 }
 
 std::vector<std::string> SqliteStore::trace(std::string_view chain) const {

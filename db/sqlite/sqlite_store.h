@@ -44,6 +44,13 @@ class SqliteStore final : public Store {
   void set_chain_state(std::string_view id, ChainState state, std::string_view ended_by,
                        std::string_view error) override;
   std::future<std::uint64_t> commit(ChainProgress progress) override;
+  std::optional<ChainRecord> same_chain(const ChainRecord& like,
+                                        std::optional<std::uint64_t> lesson) const override;
+  void set_chain_stop(std::string_view id, const StopRule& stop) override;
+  std::vector<LessonRecord> lessons(std::string_view scenario) const override;
+  std::optional<Lesson> lesson(std::string_view scenario, std::uint64_t number) const override;
+  std::uint64_t next_lesson(std::string_view scenario, std::string_view method, std::string_view ratios,
+                            const std::vector<std::uint64_t>& taken) const override;
   std::vector<std::string> trace(std::string_view chain) const override;
 
   // --- Samples ---------------------------------------------------------------------------------

@@ -6,6 +6,7 @@
 
 #include "db/store.h"
 #include "server/api/limits.h"
+#include "server/chains/chain_starter.h"
 #include "server/chains/event_hub.h"
 #include "server/chains/pilot.h"
 #include "server/chains/runner.h"
@@ -21,6 +22,7 @@ struct Api {
   ScenarioLibrary& scenarios;
   EventHub& events;
   Runner& runner;
+  ChainStarter& starter;
   Pilot& pilot;
   ServiceLimits limits;
   const HttpServer& server;
@@ -60,10 +62,8 @@ auto listed(List list) {
   }
 }
 
-/// Starts `count` chains of a scenario with the server's defaults and a stop rule; used by examples and
-/// refills.
-std::vector<ChainRecord> start_default_chains(Runner& runner, const Scenario& scenario,
-                                              std::string_view scenario_id, std::size_t count,
-                                              const StopRule& stop);
+/// A wish for chains of a scenario by the world's default method; what a request, an example and a refill
+/// begin with.
+ChainWish default_wish(const Scenario& scenario);
 
 }  // namespace retake

@@ -4,7 +4,6 @@
 #include "server/api/api.h"
 #include "server/api/request_fields.h"
 #include "server/api/views.h"
-#include "server/chains/identifiers.h"
 
 namespace retake {
 namespace {
@@ -14,45 +13,40 @@ using nlohmann::json;
 constexpr std::uint64_t kLargestSeed = (std::uint64_t{1} << 53) - 1;  // what every JSON client keeps exactly
 constexpr std::uint64_t kLargestCount = (std::uint64_t{1} << 53) - 1;
 
-ChainRecord chain_record(const Scenario& scenario, std::string_view scenario_id, std::uint32_t index,
-                         std::uint64_t seed) {
-  ChainRecord record;
-  record.id = random_identifier();
-  record.scenario = scenario_id;
-  record.index = index;
-  record.seed = seed;
-  record.method = to_string(scenario.world().default_method());
-  record.ratios = to_string(Ratios::exact);
-  record.created_at = now_milliseconds();
-  return record;
+/// Reads {"count","seed","method","ratios","lesson","stop"}.
+ChainWish read_wish(const Api& api, const Scenario& scenario, std::string_view body) {
+  ChainWish wish = default_wish(scenario);
+  BodyFields fields = BodyFields::parse(body);
+  wish.count =
+      static_cast<std::uint32_t>(fields.integer("count", 1, api.limits.most_chains_per_request).value_or(1));
+  wish.seed = fields.integer("seed", 0, kLargestSeed);
+  if (const auto method = fields.choice("method", method_names())) wish.method = *method;
+  if (const auto ratios = fields.choice("ratios", ratios_names())) wish.ratios = *ratios;
+  wish.lesson = fields.integer("lesson", 0, kLargestCount);
+  BodyFields stop = fields.object("stop");
+  wish.stop.samples = stop.integer("samples", 1, kLargestCount);
+  wish.stop.counted = stop.integer("counted", 1, kLargestCount);
+  wish.stop.iterations = stop.integer("iterations", 1, kLargestCount);
+  wish.stop.seconds = stop.number_above("seconds", 0);
+  wish.stop.ess = stop.integer("ess", 1, kMostEffectiveSamples);
+  fields.finish();
+  return wish;
 }
 
-/// Reads {"count","seed","method","ratios","stop"} and gives the records of new chains.
-std::vector<ChainRecord> read_chains(const Api& api, const Scenario& scenario, std::string_view scenario_id,
-                                     std::string_view body) {
-  BodyFields fields = BodyFields::parse(body);
-  const std::uint64_t count = fields.integer("count", 1, api.limits.most_chains_per_request).value_or(1);
-  const auto seed = fields.integer("seed", 0, kLargestSeed);
-  const auto method = fields.choice("method", method_names());
-  const auto ratios = fields.choice("ratios", ratios_names());
-  BodyFields stop_fields = fields.object("stop");
-  StopRule stop;
-  stop.samples = stop_fields.integer("samples", 1, kLargestCount);
-  stop.iterations = stop_fields.integer("iterations", 1, kLargestCount);
-  stop.seconds = stop_fields.number_above("seconds", 0);
-  stop.ess = stop_fields.integer("ess", 1, kMostEffectiveSamples);
-  fields.finish();
-
-  const std::uint64_t chosen_seed = seed ? *seed : random_seed();
-  std::vector<ChainRecord> records;
-  for (std::uint32_t index = 0; index < count; ++index) {
-    ChainRecord record = chain_record(scenario, scenario_id, index, chosen_seed);
-    if (method) record.method = *method;
-    if (ratios) record.ratios = *ratios;
-    record.stop = stop;
-    records.push_back(std::move(record));
+/// Starts what a request asks for. Throws: HttpProblem.
+ChainStarter::Started start_chains(Api& api, const Scenario& scenario, std::string_view id,
+                                   std::string_view body) {
+  const ChainWish wish = read_wish(api, scenario, body);
+  try {
+    return api.starter.start(id, wish, api.limits.most_live_chains);
+  } catch (const ChainStarter::UnknownLesson& fault) {
+    throw InvalidRequest(std::vector<Fault>{{"/lesson", fault.what()}});
+  } catch (const ChainStarter::TooManyChains&) {
+    throw HttpProblem(429, "too-many-chains", "Too many chains are running",
+                      "At most " + std::to_string(api.limits.most_live_chains) +
+                          " chains run at once; pause or stop some first.",
+                      {}, {{"Retry-After", "5"}});
   }
-  return records;
 }
 
 json chains_json(const Api& api, const std::vector<ChainRecord>& records) {
@@ -87,17 +81,9 @@ json chain_view(const Api& api, const ChainRecord& record) {
   return chain_json(record, api.scenarios.find_runnable(record.scenario).get());
 }
 
-std::vector<ChainRecord> start_default_chains(Runner& runner, const Scenario& scenario,
-                                              std::string_view scenario_id, std::size_t count,
-                                              const StopRule& stop) {
-  const std::uint64_t seed = random_seed();
-  std::vector<ChainRecord> records;
-  for (std::uint32_t index = 0; index < count; ++index) {
-    records.push_back(chain_record(scenario, scenario_id, index, seed));
-    records.back().stop = stop;
-  }
-  runner.add(records);
-  return records;
+ChainWish default_wish(const Scenario& scenario) {
+  return {.method = std::string(to_string(scenario.world().default_method())),
+          .ratios = std::string(to_string(Ratios::exact))};
 }
 
 void add_chain_routes(HttpServer& server, Api& api) {
@@ -105,17 +91,8 @@ void add_chain_routes(HttpServer& server, Api& api) {
     QueryFields(request).finish();
     const std::string& id = request.path_values.at("id");
     const auto scenario = find_scenario(api, id, "scenario", id);
-    const std::vector<ChainRecord> records = read_chains(api, *scenario, id, request.body);
-    if (api.runner.counters().live_chains + records.size() > api.limits.most_live_chains)
-      throw HttpProblem(429, "too-many-chains", "Too many chains are running",
-                        "At most " + std::to_string(api.limits.most_live_chains) +
-                            " chains run at once; pause or stop some first.",
-                        {}, {{"Retry-After", "5"}});
-    api.runner.add(records);
-    std::vector<ChainRecord> started;
-    for (const ChainRecord& record : records)
-      started.push_back(api.runner.chain(record.id).value_or(record));
-    HttpResponse response = json_response(chains_json(api, started), 201);
+    const ChainStarter::Started started = start_chains(api, *scenario, id, request.body);
+    HttpResponse response = json_response(chains_json(api, started.chains), started.created > 0 ? 201 : 200);
     response.headers.emplace_back("Location", "/v1/scenarios/" + id + "/chains");
     return response;
   });
@@ -125,6 +102,13 @@ void add_chain_routes(HttpServer& server, Api& api) {
     const std::string& id = request.path_values.at("id");
     if (!api.store.scenario(id)) throw not_found("scenario", id);
     return json_response(chains_json(api, api.runner.chains(id)));
+  });
+
+  server.route("GET", "/v1/scenarios/{id}/lessons", [&api](const HttpRequest& request) {
+    QueryFields(request).finish();
+    const std::string& id = request.path_values.at("id");
+    if (!api.store.scenario(id)) throw not_found("scenario", id);
+    return json_response(lessons_json(api.store.lessons(id)));
   });
 
   server.route("GET", "/v1/chains/{id}", [&api](const HttpRequest& request) {

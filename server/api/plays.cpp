@@ -29,9 +29,11 @@ void refill(Api& api, std::mutex& one_at_a_time, const std::string& scenario_id,
   if (!api.scenarios.find_runnable(scenario_id)) return;
   const auto scenario = api.scenarios.find(scenario_id);
   if (!scenario) return;
-  StopRule stop;
-  stop.samples = std::max(api.limits.refill, low_water);
-  start_default_chains(api.runner, *scenario, scenario_id, 1, stop);
+  ChainWish wish = default_wish(*scenario);
+  wish.stop.counted = std::max(api.limits.refill, low_water);
+  api.starter.start(scenario_id, wish, api.limits.most_live_chains);
+} catch (const ChainStarter::TooManyChains&) {
+  // Those that run come first.
 } catch (const std::runtime_error& fault) {
   // The play itself is made, and stays the client's.
   std::fprintf(stderr, "retake: scenario %s is low on samples but no chain can be started: %s\n",

@@ -54,16 +54,13 @@ std::string family_of(const std::string& name) {
   return family;
 }
 
-void put(json& object, const char* key, const std::optional<std::uint64_t>& value) {
-  if (value) object[key] = *value;
-}
-
 json stop_json(const StopRule& stop) {
   json rule = json::object();
-  put(rule, "samples", stop.samples);
-  put(rule, "iterations", stop.iterations);
-  put(rule, "ess", stop.ess);
-  if (stop.seconds) rule["seconds"] = *stop.seconds;
+  visit_limits(
+      [&](const char* name, const auto& limit) {
+        if (limit) rule[name] = *limit;
+      },
+      stop);
   return rule;
 }
 
@@ -224,9 +221,11 @@ json chain_json(const ChainRecord& record, const Scenario* scenario) {
                {"seed", record.seed},
                {"method", record.method},
                {"ratios", record.ratios},
+               {"lesson", record.lesson},
                {"state", to_string(record.state)},
                {"stop", stop_json(record.stop)},
                {"phase", counters.is_learning ? "exploring" : "sampling"},
+               {"counted", counters.counted},
                {"effective_samples", optional_number(counters.effective_samples)},
                {"run_seconds", counters.run_seconds},
                {"iterations_per_second", counters.iterations_per_second},
@@ -243,6 +242,19 @@ json chain_json(const ChainRecord& record, const Scenario* scenario) {
     view["guided"] = method_from(record.method) == Method::conditional &&
                      scenario->target(Ratios::exact)->guide != nullptr;
   return view;
+}
+
+json lessons_json(const std::vector<LessonRecord>& records) {
+  json views = json::array();
+  for (const LessonRecord& record : records)
+    views.push_back({{"number", record.number},
+                     {"method", record.method},
+                     {"ratios", record.ratios},
+                     {"chain", record.chain},
+                     {"place", record.is_place},
+                     {"usable", record.version == kLessonVersion},
+                     {"created_at", timestamp(record.created_at)}});
+  return {{"lessons", std::move(views)}};
 }
 
 json sample_json(const SampleRecord& record) {

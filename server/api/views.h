@@ -31,6 +31,7 @@ nlohmann::json world_json(const World& world);
 nlohmann::json scenario_json(const ScenarioRecord& record);
 /// Without its scenario, which this build may not be able to run, it is not told whether a guide leads it.
 nlohmann::json chain_json(const ChainRecord& record, const Scenario* scenario);
+nlohmann::json lessons_json(const std::vector<LessonRecord>& records);
 nlohmann::json sample_json(const SampleRecord& record);
 /// P(satisfied) with its interval and what it is known by; null without draws.
 nlohmann::json odds_json(const OddsTally& tally);

@@ -17,12 +17,14 @@ constexpr std::chrono::duration<double> kBetweenClocks{
     0.0005};                         // chosen: reading the clock then costs nothing
 constexpr double kRateMemory = 1.0;  // [s] over which the shown iterations per second are averaged
 
-Chain make_chain(const Scenario& scenario, const ChainRecord& record, std::string_view checkpoint) {
+Chain make_chain(const Scenario& scenario, const ChainRecord& record, const ChainRun::Stored& stored) {
   const auto ratios = ratios_from(record.ratios);
   CHECK(ratios.has_value(), record.ratios);
   auto target = scenario.target(*ratios);
-  return checkpoint.empty() ? Chain(std::move(target), settings_of(record))
-                            : Chain(std::move(target), settings_of(record), checkpoint);
+  ChainSettings settings = settings_of(record);
+  settings.lesson = stored.lesson;
+  return stored.checkpoint.empty() ? Chain(std::move(target), settings)
+                                   : Chain(std::move(target), settings, stored.checkpoint);
 }
 
 /// Whether the stop rule by effective samples is looked at when there are so many samples.
@@ -41,12 +43,12 @@ ChainSettings settings_of(const ChainRecord& record) {
   return {.seed = record.seed, .index = record.index, .method = *method};
 }
 
-ChainRun::ChainRun(std::shared_ptr<const Scenario> scenario, ChainRecord record, std::string_view checkpoint,
-                   const std::vector<std::string>& trace_blocks)
+ChainRun::ChainRun(std::shared_ptr<const Scenario> scenario, ChainRecord record, const Stored& stored)
     : scenario_(std::move(scenario)),
       record_(std::move(record)),
-      chain_(make_chain(*scenario_, record_, checkpoint)),
-      trace_(scenario_->measures(), trace_blocks) {
+      chain_(make_chain(*scenario_, record_, stored)),
+      trace_(scenario_->measures(), stored.trace_blocks),
+      was_learning_(chain_.counts().is_learning) {
   standings_.resize(chain_.walkers());
   for (std::size_t walker = 0; walker < standings_.size(); ++walker) {
     const Stay& stay = chain_.stay(walker);
@@ -82,7 +84,8 @@ void ChainRun::step_for(Scenario::Performer& performer, std::chrono::duration<do
     const Clock::time_point now = Clock::now();
     elapsed = now - begin;
     record_.counters.run_seconds = seconds_before + elapsed.count();
-    if (now - round < kBetweenClocks / 2)
+    // A round that was cut short says nothing of how many steps fit.
+    if (now - round < kBetweenClocks / 2 && may_go_on())
       steps_between_clocks_ *= 2;
     else if (now - round > kBetweenClocks && steps_between_clocks_ > 1)
       steps_between_clocks_ /= 2;
@@ -99,14 +102,18 @@ void ChainRun::step_for(Scenario::Performer& performer, std::chrono::duration<do
   check_context() = {};
 }
 
-std::string_view ChainRun::ended_by() const {
-  const ChainCounts& counts = chain_.counts();
-  const StopRule& stop = record_.stop;
+std::string_view limit_reached(const StopRule& stop, const ChainCounts& counts,
+                               const ChainCounters& counters) {
   if (stop.samples && counts.samples >= *stop.samples) return "samples";
+  if (stop.counted && counters.counted >= *stop.counted) return "counted";
   if (stop.iterations && counts.iteration >= *stop.iterations) return "iterations";
-  if (reached_ess_) return "ess";
-  if (stop.seconds && record_.counters.run_seconds >= *stop.seconds) return "seconds";
+  if (stop.seconds && counters.run_seconds >= *stop.seconds) return "seconds";
   return {};
+}
+
+std::string_view ChainRun::ended_by() const {
+  if (reached_ess_) return "ess";
+  return limit_reached(record_.stop, chain_.counts(), record_.counters);
 }
 
 void ChainRun::judge(std::optional<double> effective_samples) {
@@ -148,9 +155,11 @@ void ChainRun::record_sample(Scenario::Performer& performer) {
   sample.animation = encode_animation(take.animation);
   samples_.push_back(std::move(sample));
   // What was found while learning keeps weight 0: nothing more is to be said of it.
-  if (stay.weight > 0)
+  if (stay.weight > 0) {
+    ++record_.counters.counted;
     standings_[replica] = {
         .place = Standing::Place::on_gathered, .gathered = samples_.size() - 1, .iteration = stay.iteration};
+  }
   awaits_judgement_ = record_.stop.ess && is_judged_at(chain_.counts().samples);
   if (chain_.counts().samples == 1) {
     record_.counters.first_sample_iteration = stay.iteration;
@@ -177,7 +186,17 @@ void ChainRun::update_counters() {
     counters.effective_samples = static_cast<double>(counts.samples);
 }
 
-ChainProgress ChainRun::take_progress() {
+std::optional<Lesson> ChainRun::take_lesson(bool is_last) {
+  if (chain_.counts().is_learning) return std::nullopt;
+  const bool has_just_learned = std::exchange(was_learning_, false);
+  if (!has_just_learned && !is_last) return std::nullopt;
+  std::optional<Lesson> lesson = chain_.lesson();
+  if (!lesson.has_value()) return lesson;
+  const bool is_due = lesson->is_place ? is_last : has_just_learned;
+  return is_due ? std::move(lesson) : std::nullopt;
+}
+
+ChainProgress ChainRun::take_progress(bool is_last) {
   for (std::size_t walker = 0; walker < standings_.size(); ++walker) {
     Standing& standing = standings_[walker];
     if (standing.place == Standing::Place::on_no_sample) continue;
@@ -193,6 +212,7 @@ ChainProgress ChainRun::take_progress() {
   progress.weights = std::exchange(weights_, {});
   progress.counters = record_.counters;
   progress.checkpoint = chain_.checkpoint();
+  progress.lesson = take_lesson(is_last);
   Trace::Block block = trace_.take_block();
   progress.trace_block = std::move(block.bytes);
   progress.replace_trace = block.replace;

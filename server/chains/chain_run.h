@@ -25,10 +25,15 @@ inline constexpr const char* kEndedByVersion = "world_version";
 /// Thread safety: one thread at a time, not always the same.
 class ChainRun {
  public:
+  /// What a chain goes by besides its record; `lesson` is the record's.
+  struct Stored {
+    std::string lesson{};
+    std::string checkpoint{};
+    std::vector<std::string> trace_blocks{};
+  };
   /// Starts a chain, or continues it if there is a checkpoint.
-  /// Throws: std::runtime_error if the checkpoint or the trace cannot be read.
-  ChainRun(std::shared_ptr<const Scenario> scenario, ChainRecord record, std::string_view checkpoint,
-           const std::vector<std::string>& trace_blocks);
+  /// Throws: std::runtime_error if something stored cannot be read.
+  ChainRun(std::shared_ptr<const Scenario> scenario, ChainRecord record, const Stored& stored);
 
   const ChainRecord& record() const { return record_; }
   const std::shared_ptr<const Scenario>& scenario() const { return scenario_; }
@@ -37,7 +42,7 @@ class ChainRun {
   /// gathered. At least one step, unless the stop rule applies or the chain waits already.
   void step_for(Scenario::Performer& performer, std::chrono::duration<double> time, std::size_t most_samples);
 
-  /// What ended the chain by its stop rule: "samples", "iterations", "ess" or "seconds"; empty while it may
+  /// What ended the chain by its stop rule: one of its limits' names; empty while it may
   /// go on.
   std::string_view ended_by() const;
 
@@ -51,8 +56,9 @@ class ChainRun {
 
   /// Samples gathered since the last take_progress().
   std::size_t gathered() const { return samples_.size(); }
-  /// Everything since the last call, for one transaction.
-  ChainProgress take_progress();
+  /// Everything since the last call, for one transaction. What it has learned is part of it once: as soon as
+  /// learning has ended, or, if it is the place where a walk stands, in the last progress of a chain.
+  ChainProgress take_progress(bool is_last = false);
 
  private:
   /// What is known of the sample on which a walker stands.
@@ -68,6 +74,7 @@ class ChainRun {
   void record_sample(Scenario::Performer& performer);
   void close_stay(Standing& standing, std::uint64_t weight);
   void update_counters();
+  std::optional<Lesson> take_lesson(bool is_last);
 
   std::shared_ptr<const Scenario> scenario_;
   ChainRecord record_;
@@ -76,12 +83,19 @@ class ChainRun {
   std::vector<NewSample> samples_;
   std::vector<WeightUpdate> weights_;
   std::vector<Standing> standings_;  ///< one a walker
+  bool was_learning_ = false;        ///< as far as was handed over
   bool awaits_judgement_ = false;
   bool reached_ess_ = false;
   std::uint64_t steps_between_clocks_ = 1;
 };
 
-/// The settings of the sampler's Chain that a record stands for. Requires: its method and ratios are known.
+/// Which limit of a rule a chain has reached, but for effective samples: its name, empty for none.
+/// `counters` are those beside `counts`.
+std::string_view limit_reached(const StopRule& stop, const ChainCounts& counts,
+                               const ChainCounters& counters);
+
+/// The settings of the sampler's Chain that a record stands for, but for its lesson's bytes. Requires: its
+/// method and ratios are known.
 ChainSettings settings_of(const ChainRecord& record);
 
 }  // namespace retake

@@ -78,7 +78,8 @@ struct Health {
 
 /// `draws[i]` are those of `chains[i]`, empty if they were not looked at. Of chains with draws those are
 /// counted whose common length keeps most draws, so that one that has just begun does not cost the others
-/// theirs. Chains of the paper's ratios are counted only where there are no others. Requires: draws.size() == chains.size().
+/// theirs. Chains of the paper's ratios are counted only where there are no others. Requires: draws.size() ==
+/// chains.size().
 Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chains,
                  const std::vector<std::vector<DrawRecord>>& draws, const std::optional<PilotTally>& pilot);
 

@@ -14,7 +14,7 @@
 namespace retake {
 namespace {
 
-constexpr std::uint64_t kSeed = 0;         // no chain's draws need to be told from these
+constexpr std::uint64_t kSeed = 0;        // no chain's draws need to be told from these
 constexpr double kBetweenLooks = 0.0005;  // [s], chosen: reading the clock then costs nothing
 
 /// [s] of CPU time that this thread has taken.

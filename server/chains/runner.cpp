@@ -20,6 +20,31 @@ constexpr duration<double> kBetweenCommits{0.25};  // chosen: what a page shows 
 constexpr std::size_t kSamplesPerCommit = 32;
 constexpr std::size_t kMostGathered = 256;  // a chain waits for its commit when it has gathered this many
 
+/// Whether one rule ends a chain nowhere before the other, and not always at the same place.
+bool allows_more(const StopRule& rule, const StopRule& other) {
+  bool less = false, more = false;
+  visit_limits(
+      [&](std::string_view, const auto& limit, const auto& before) {
+        less = less || (limit && (!before || *limit < *before));
+        more = more || limit != before;
+      },
+      rule, other);
+  return more && !less;
+}
+
+/// Whether a chain would go on by this rule.
+bool may_go_on(const ChainRecord& record, const StopRule& stop) {
+  const ChainCounters& counters = record.counters;
+  const bool is_before =
+      limit_reached(stop, counters, counters).empty() &&
+      !(stop.ess && counters.effective_samples.value_or(0) >= static_cast<double>(*stop.ess));
+  if (record.state == ChainState::finished)
+    return record.ended_by != kEndedByVersion && record.ended_by != "stock" && is_before;
+  if (record.state == ChainState::queued || record.state == ChainState::running)
+    return allows_more(stop, record.stop);
+  return is_before;
+}
+
 }  // namespace
 
 Runner::Runner(Store& store, ScenarioLibrary& library, EventHub& events, Settings settings)
@@ -91,8 +116,15 @@ void Runner::make_live(const ChainRecord& record) {
   const auto live = std::make_shared<Live>();
   live->id = record.id;
   live->scenario = record.scenario;
-  live->run =
-      std::make_unique<ChainRun>(scenario, record, store_.checkpoint(record.id), store_.trace(record.id));
+  ChainRun::Stored stored{.checkpoint = store_.checkpoint(record.id),
+                          .trace_blocks = store_.trace(record.id)};
+  if (record.lesson > 0) {
+    const auto lesson = store_.lesson(record.scenario, record.lesson);
+    if (!lesson || lesson->version != kLessonVersion)
+      throw std::runtime_error("lesson " + std::to_string(record.lesson) + " cannot be read here");
+    stored.lesson = lesson->bytes;
+  }
+  live->run = std::make_unique<ChainRun>(scenario, record, stored);
   set_state(record.id, ChainState::running, "", "");
   const std::lock_guard lock(mutex_);
   if (live_.try_emplace(record.id, live).second) {
@@ -206,6 +238,19 @@ std::optional<ChainRecord> Runner::resume(std::string_view id) {
     record = chain(id);
   }
   return record;
+}
+
+std::optional<ChainRecord> Runner::go_on(std::string_view id, const StopRule& stop) {
+  const Turn turn(*this, id);
+  auto record = chain(id);
+  if (!record || !may_go_on(*record, stop)) return record;
+  wish(id, Wish::pause);
+  store_.set_chain_stop(id, stop);
+  record = chain(id);
+  if (!record) return record;
+  record->error.clear();
+  make_live(*record);
+  return chain(id);
 }
 
 void Runner::drop_scenario(std::string_view scenario) {
@@ -364,7 +409,7 @@ bool Runner::settle_commit(Live& live, bool wait) {
 }
 
 void Runner::hand_over(Live& live, std::optional<ChainState> state, std::string_view ended_by) {
-  ChainProgress progress = live.run->take_progress();
+  ChainProgress progress = live.run->take_progress(state == ChainState::finished);
   progress.state = state;
   progress.ended_by = ended_by;
   live.commit = store_.commit(std::move(progress));

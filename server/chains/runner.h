@@ -57,7 +57,10 @@ class Runner {
   std::optional<ChainRecord> pause(std::string_view id);
   std::optional<ChainRecord> resume(
       std::string_view id);                              ///< a failed chain goes on from its last checkpoint
-  std::optional<ChainRecord> stop(std::string_view id);  ///< finishes it, for good
+  std::optional<ChainRecord> stop(std::string_view id);  ///< finishes it
+  /// Lets it run, paused, failed or finished as it may be, if `stop` lies farther than where it stands; that
+  /// is then its stop rule. One that runs keeps its own, unless this one allows more in every respect.
+  std::optional<ChainRecord> go_on(std::string_view id, const StopRule& stop);
 
   /// A chain as the store has it, but with a failure that the store could not take yet.
   std::optional<ChainRecord> chain(std::string_view id) const;

@@ -103,7 +103,7 @@ class WeighedSamples {
 Exit sample(const SampleOptions& options) {
   const auto scenario = Scenario::read(parse_document(read_text(options.scenario)));
   const auto performer = scenario->make_performer();
-  ChainRun run(scenario, chain_record(options, *scenario), "", {});
+  ChainRun run(scenario, chain_record(options, *scenario), {});
   const Format& format = formats().front();
   if (!options.out.empty()) std::filesystem::create_directories(options.out);
   const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;

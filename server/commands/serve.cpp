@@ -93,11 +93,12 @@ void add_examples(Api& api) {
   for (std::size_t i = examples.size(); i-- > 0;)
     ids[i] = api.store.add_scenario(new_scenario_record(*examples[i])).scenario.id;
 
-  StopRule stop;
-  stop.ess = kExampleEss;
-  stop.seconds = kExampleSeconds;
-  for (std::size_t i = 0; i < examples.size(); ++i)
-    start_default_chains(api.runner, *examples[i], ids[i], 2, stop);
+  for (std::size_t i = 0; i < examples.size(); ++i) {
+    ChainWish wish = default_wish(*examples[i]);
+    wish.count = 2;
+    wish.stop = {.seconds = kExampleSeconds, .ess = kExampleEss};
+    api.starter.start(ids[i], wish, api.limits.most_live_chains);
+  }
 }
 
 /// The signals that end the daemon, blocked in every thread that is made from here on.
@@ -141,11 +142,13 @@ Exit serve(const ServeOptions& options) {
   Runner runner(store, library, events,
                 {.threads = options.threads == 0 ? cores : options.threads,
                  .most_samples_per_scenario = options.limits.most_samples_per_scenario});
+  ChainStarter starter(store, runner);
   Pilot pilot(store, library, events);
   Api api{.store = store,
           .scenarios = library,
           .events = events,
           .runner = runner,
+          .starter = starter,
           .pilot = pilot,
           .limits = options.limits,
           .server = server};

@@ -164,7 +164,8 @@ TEST_P(StoreChains, a_chain_comes_back_field_by_field) {
   chain.seed = (std::uint64_t{1} << 63) - 1;
   chain.settings = R"({"beta":0.5})";
   chain.state = ChainState::running;
-  chain.stop = {100, 2000, 1.5, 50};
+  chain.lesson = 8;
+  chain.stop = {.samples = 100, .counted = 60, .iterations = 2000, .seconds = 1.5, .ess = 50};
   chain.created_at = 99;
   store.add_chains({chain});
   auto progress = make_progress("c", "s", 1, 1);
@@ -185,6 +186,7 @@ TEST_P(StoreChains, a_chain_comes_back_field_by_field) {
   counters.odds = {OddsBasis::learned, 41, 42, 0.25, 0.125, 0.0625};
   counters.rungs = {{0, 51, 52}, {0.5, 53, 54}, {1, 0, 0}};
   counters.effective_samples = 61.5;
+  counters.counted = 9;
   store.commit(progress).get();
 
   const auto found = store.chain("c").value();
@@ -199,6 +201,9 @@ TEST_P(StoreChains, a_chain_comes_back_field_by_field) {
   EXPECT_EQ(found.stop.iterations, 2000u);
   EXPECT_EQ(found.stop.seconds, 1.5);
   EXPECT_EQ(found.stop.ess, 50u);
+  EXPECT_EQ(found.stop.counted, 60u);
+  EXPECT_EQ(found.lesson, 8u);
+  EXPECT_EQ(found.counters.counted, 9u);
   EXPECT_EQ(found.created_at, 99);
   EXPECT_EQ(found.counters.iteration, 11u);
   EXPECT_EQ(found.counters.accepted, 12u);
@@ -233,11 +238,164 @@ TEST_P(StoreChains, what_is_unset_stays_unset) {
   store.add_scenario(make_scenario("s"));
   store.add_chains({make_chain("c", "s")});
   const auto found = store.chain("c").value();
-  EXPECT_FALSE(found.stop.samples || found.stop.iterations || found.stop.seconds || found.stop.ess);
+  visit_limits([](const char* name, const auto& limit) { EXPECT_FALSE(limit) << name; }, found.stop);
+  EXPECT_EQ(found.lesson, 0u);
   EXPECT_FALSE(found.counters.first_sample_iteration || found.counters.first_sample_seconds);
   EXPECT_FALSE(found.counters.effective_samples || found.counters.is_learning);
   EXPECT_EQ(found.counters.odds.basis, OddsBasis::none);
   EXPECT_FALSE(store.chain("other"));
+}
+
+TEST_P(StoreChains, a_stop_rule_may_change) {
+  store.add_scenario(make_scenario("s"));
+  auto chain = make_chain("c", "s");
+  chain.stop = {.samples = 5, .seconds = 1};
+  store.add_chains({chain, make_chain("d", "s")});
+  store.set_chain_stop("c", {.counted = 7, .ess = 8});
+  store.set_chain_stop("gone", {.samples = 1});
+  const StopRule stop = store.chain("c")->stop;
+  EXPECT_FALSE(stop.samples || stop.iterations || stop.seconds);
+  EXPECT_EQ(stop.counted, 7u);
+  EXPECT_EQ(stop.ess, 8u);
+  EXPECT_FALSE(store.chain("d")->stop.counted);
+}
+
+TEST_P(StoreChains, the_same_chain_is_found_the_oldest_first) {
+  store.add_scenario(make_scenario("s"));
+  store.add_scenario(make_scenario("t"));
+  const auto add = [&](const std::string& id, auto change) {
+    auto chain = make_chain(id, "s");
+    change(chain);
+    store.add_chains({chain});
+  };
+  add("a", [](ChainRecord&) {});
+  add("b", [](ChainRecord& chain) { chain.lesson = 2; });
+  add("c", [](ChainRecord& chain) { chain.index = 1; });
+  add("d", [](ChainRecord& chain) { chain.seed = 8; });
+  add("e", [](ChainRecord& chain) { chain.method = "rejection"; });
+  add("f", [](ChainRecord& chain) { chain.ratios = "paper"; });
+  add("g", [](ChainRecord& chain) { chain.scenario = "t"; });
+  const auto same = [&](std::optional<std::uint64_t> lesson, auto change) {
+    auto like = make_chain("", "s");
+    change(like);
+    const auto found = store.same_chain(like, lesson);
+    return found ? found->id : "";
+  };
+  const auto as_it_is = [](ChainRecord&) {};
+  EXPECT_EQ(same({}, as_it_is), "a");
+  EXPECT_EQ(same(0, as_it_is), "a");
+  EXPECT_EQ(same(2, as_it_is), "b");
+  EXPECT_EQ(same(1, as_it_is), "");
+  EXPECT_EQ(same({}, [](ChainRecord& like) { like.index = 1; }), "c");
+  EXPECT_EQ(same({}, [](ChainRecord& like) { like.seed = 8; }), "d");
+  EXPECT_EQ(same({}, [](ChainRecord& like) { like.method = "rejection"; }), "e");
+  EXPECT_EQ(same({}, [](ChainRecord& like) { like.ratios = "paper"; }), "f");
+  EXPECT_EQ(same({}, [](ChainRecord& like) { like.scenario = "t"; }), "g");
+  EXPECT_EQ(same({}, [](ChainRecord& like) { like.scenario = "gone"; }), "");
+  EXPECT_EQ(same({}, [](ChainRecord& like) { like.seed = 9; }), "");
+}
+
+// --- Lessons -----------------------------------------------------------------------------------
+
+class StoreLessons : public StoreTest {
+ protected:
+  void add(const std::string& id, std::uint64_t lesson = 0, const std::string& method = "metropolis") {
+    auto chain = make_chain(id, "s");
+    chain.lesson = lesson;
+    chain.method = method;
+    store.add_chains({chain});
+  }
+  void teach(const std::string& chain, bool is_place, const std::string& bytes = "bytes",
+             std::uint32_t version = kLessonVersion) {
+    auto progress = make_progress(chain, "s", 1, 1);
+    progress.lesson = Lesson{.version = version, .is_place = is_place, .bytes = bytes};
+    store.commit(std::move(progress)).get();
+  }
+  std::uint64_t next(const std::vector<std::uint64_t>& taken = {}, const std::string& method = "metropolis") {
+    return store.next_lesson("s", method, "exact", taken);
+  }
+};
+
+TEST_P(StoreLessons, come_back_by_their_numbers) {
+  store.add_scenario(make_scenario("s"));
+  store.add_scenario(make_scenario("t"));
+  add("a");
+  add("b", 0, "tempering");
+  auto other = make_chain("z", "t");
+  store.add_chains({other});
+  teach("a", false, std::string("by\0es", 5));
+  auto foreign = make_progress("z", "t", 1, 1);
+  foreign.lesson = Lesson{.bytes = "foreign"};
+  store.commit(std::move(foreign)).get();
+  teach("b", true, "place");
+  const auto lessons = store.lessons("s");
+  ASSERT_EQ(lessons.size(), 2u);
+  EXPECT_EQ(lessons[0].number, 1u);
+  EXPECT_EQ(lessons[0].chain, "a");
+  EXPECT_EQ(lessons[0].method, "metropolis");
+  EXPECT_EQ(lessons[0].ratios, "exact");
+  EXPECT_EQ(lessons[0].version, kLessonVersion);
+  EXPECT_FALSE(lessons[0].is_place);
+  EXPECT_GT(lessons[0].created_at, 1'600'000'000'000);
+  EXPECT_EQ(lessons[1].number, 2u);
+  EXPECT_EQ(lessons[1].method, "tempering");
+  EXPECT_TRUE(lessons[1].is_place);
+  EXPECT_EQ(store.lesson("s", 1)->bytes, std::string("by\0es", 5));
+  EXPECT_EQ(store.lesson("s", 2)->bytes, "place");
+  EXPECT_TRUE(store.lesson("s", 2)->is_place);
+  EXPECT_EQ(store.lesson("t", 1)->bytes, "foreign");
+  EXPECT_FALSE(store.lesson("s", 3));
+  EXPECT_FALSE(store.lesson("gone", 1));
+  EXPECT_TRUE(store.lessons("gone").empty());
+  EXPECT_TRUE(store.check().empty());
+  store.delete_scenario("s");
+  EXPECT_FALSE(store.lesson("s", 1));
+  EXPECT_EQ(store.next_lesson("t", "metropolis", "exact", {}), 1u);
+}
+
+TEST_P(StoreLessons, the_newest_of_a_kind_serves_any_number_of_chains) {
+  store.add_scenario(make_scenario("s"));
+  EXPECT_EQ(next(), 0u);
+  add("a");
+  teach("a", false);
+  EXPECT_EQ(next(), 1u);
+  add("b", 1);
+  teach("b", false);
+  EXPECT_EQ(next({2}), 2u);
+  teach("b", false, "of another version", kLessonVersion + 1);
+  EXPECT_EQ(next(), 2u);
+  add("c", 2);
+  EXPECT_EQ(next(), 2u);
+  EXPECT_EQ(next({}, "tempering"), 0u);
+  EXPECT_EQ(store.next_lesson("s", "metropolis", "paper", {}), 0u);
+  EXPECT_EQ(store.next_lesson("gone", "metropolis", "exact", {}), 0u);
+}
+
+TEST_P(StoreLessons, from_a_place_one_chain_goes_on) {
+  store.add_scenario(make_scenario("s"));
+  for (const char* id : {"a", "b", "c"}) {
+    add(id);
+    teach(id, true);
+  }
+  EXPECT_EQ(next(), 1u) << "the one that waits longest";
+  EXPECT_EQ(next({1, 2}), 3u) << "chains of one request go on from one each";
+  EXPECT_EQ(next({1, 2, 3}), 0u);
+  add("d", 1);
+  EXPECT_EQ(next(), 2u);
+  add("e", 2);
+  add("f", 3);
+  EXPECT_EQ(next(), 0u);
+  // One that ended before it found anything gives its place back.
+  store.set_chain_state("e", ChainState::finished, "stop", "");
+  EXPECT_EQ(next(), 2u);
+  auto found = make_progress("f", "s", 1, 3);
+  found.state = ChainState::finished;
+  store.commit(std::move(found)).get();
+  EXPECT_EQ(next({2}), 0u) << "what it began from was used";
+  auto nothing = make_progress("d", "s", 1, 0);
+  nothing.state = ChainState::finished;
+  store.commit(std::move(nothing)).get();
+  EXPECT_EQ(next({2}), 1u);
 }
 
 TEST_P(StoreChains, a_ladder_may_change_its_rungs) {
@@ -427,6 +585,7 @@ TEST_P(StoreProgress, progress_of_a_chain_that_is_gone_is_dropped) {
 
 RETAKE_FOR_EVERY_STORE(StoreScenarios);
 RETAKE_FOR_EVERY_STORE(StoreChains);
+RETAKE_FOR_EVERY_STORE(StoreLessons);
 RETAKE_FOR_EVERY_STORE(StoreProgress);
 
 }  // namespace

@@ -69,6 +69,21 @@ TEST_P(ConditionalTest, LearningWeighsNothing) {
   expect_learning_weighs_nothing(GetParam(), with_seed(305), 40'000);
 }
 
+TEST_P(ConditionalTest, LessonsTakeThePlaceOfLearning) {
+  expect_lessons_take_the_place_of_learning(GetParam(), with_seed(340), false);
+}
+
+TEST_P(ConditionalTest, IsExactFromALesson) {
+  const Truth truth = truth_of(GetParam(), 1'000'000, 341);
+  const auto runs = taught_runs_of(GetParam(), with_seed(342), 6000);
+  EXPECT_LT(largest_t(runs, truth), kLargestT);
+  EXPECT_GE(covered(runs, OddsBasis::learned, truth.probability), 19);
+  // From one lesson too, which serves any number of chains.
+  ChainSettings settings = with_seed(343);
+  settings.lesson = lesson_of(GetParam(), with_seed(344)).bytes;
+  EXPECT_LT(largest_t(runs_of(GetParam(), settings, 6000), truth), kLargestT);
+}
+
 TEST_P(ConditionalTest, ResumedEqualsUninterrupted) {
   expect_resumes(GetParam(), with_seed(306), 8000, [](int) { return true; });
 }

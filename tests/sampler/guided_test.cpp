@@ -136,6 +136,47 @@ TEST_P(GuidedTest, LearningWeighsNothing) {
   expect_learning_weighs_nothing(guided(GetParam()), guided_settings(406), 40'000);
 }
 
+TEST_P(GuidedTest, LessonsTakeThePlaceOfLearning) {
+  expect_lessons_take_the_place_of_learning(guided(GetParam()), guided_settings(440), true);
+}
+
+TEST_P(GuidedTest, IsExactFromALesson) {
+  const Truth truth = truth_of(GetParam(), 1'000'000, 441);
+  EXPECT_LT(largest_t(taught_runs_of(guided(GetParam()), guided_settings(442), 30'000), truth), kLargestT);
+}
+
+TEST(Guided, GoesOnWhereAnotherOneNotedItsLastSample) {
+  const TwoModes toy = guided({});
+  Chain first(toy.target(), guided_settings(443));
+  ToySimulator simulator = toy.simulator();
+  while (first.counts().iteration < 1000 || first.counts().is_learning)
+    first.step(simulator);
+  ChainSettings settings = guided_settings(444);
+  settings.lesson = first.lesson()->bytes;
+  std::vector<State> simulated;
+  simulator.observe = [&](const State& state, const SimulationRequest&) { simulated.push_back(state); };
+  Chain second(toy.target(), settings);
+  second.step(simulator);
+  ASSERT_FALSE(simulated.empty());
+  EXPECT_EQ(simulated.front(), first.stay().state);
+}
+
+TEST(Guided, LearnsAnewWhereThePlaceOfItsLessonDoesNotSatisfy) {
+  const TwoModes toy = guided({});
+  ChainSettings settings = guided_settings(445);
+  settings.lesson = lesson_of(toy, guided_settings(446)).bytes;
+  Chain chain(toy.target(), settings);
+  ToySimulator simulator = toy.simulator();
+  simulator.satisfies = [&](const State& state) {
+    return TwoModes::part(state) != 0 && simulator.simulations > 1;
+  };
+  chain.step(simulator);
+  EXPECT_TRUE(chain.counts().is_learning);
+  while (chain.counts().is_learning)
+    chain.step(simulator);
+  EXPECT_TRUE(chain.lesson());
+}
+
 TEST_P(GuidedTest, ResumedEqualsUninterrupted) {
   expect_resumes(guided(GetParam()), guided_settings(407), 4000, [](int) { return true; });
 }

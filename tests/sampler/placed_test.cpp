@@ -100,7 +100,8 @@ TEST_P(PlacedOddsTest, AreThoseOfThePrior) {
 }
 
 TEST_P(PlacedTest, ResumedEqualsUninterrupted) {
-  expect_resumes(placed(GetParam()), placed_settings(530), 6000, [](int i) { return i % 7 == 0 || i > 3900; });
+  expect_resumes(placed(GetParam()), placed_settings(530), 6000,
+                 [](int i) { return i % 7 == 0 || i > 3900; });
 }
 
 TEST(Placed, DamagedCheckpointsAreRefused) {

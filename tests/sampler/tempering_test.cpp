@@ -38,6 +38,17 @@ TEST_P(TemperingTest, LearningWeighsNothing) {
   expect_learning_weighs_nothing(GetParam(), tempering_settings(405), 40'000);
 }
 
+TEST_P(TemperingTest, LessonsTakeThePlaceOfLearning) {
+  expect_lessons_take_the_place_of_learning(GetParam(), tempering_settings(440), true);
+}
+
+TEST_P(TemperingTest, IsExactFromALesson) {
+  const Truth truth = truth_of(GetParam(), 1'000'000, 441);
+  const auto runs = taught_runs_of(GetParam(), tempering_settings(442), 40'000);
+  EXPECT_LT(largest_t(runs, truth), kLargestT);
+  EXPECT_GE(covered(runs, OddsBasis::ladder, truth.probability), 19);
+}
+
 TEST_P(TemperingTest, ResumedEqualsUninterrupted) {
   expect_resumes(GetParam(), tempering_settings(406), 8000, [](int i) { return i < 4000 || i % 7 == 0; });
 }

@@ -238,4 +238,79 @@ inline void expect_learning_weighs_nothing(const TwoModes& toy, const ChainSetti
   EXPECT_GE(found, 20u);
 }
 
+// --- Lessons ------------------------------------------------------------------------------------
+
+/// What a chain knows after its learning and `iterations` more.
+inline Lesson lesson_of(const TwoModes& toy, const ChainSettings& settings, int iterations = 0) {
+  Chain chain(toy.target(), settings);
+  ToySimulator simulator = toy.simulator();
+  EXPECT_FALSE(chain.lesson()) << "it knows nothing yet";
+  do
+    chain.step(simulator);
+  while (chain.counts().is_learning);
+  for (int i = 0; i < iterations; ++i)
+    chain.step(simulator);
+  return chain.lesson().value();
+}
+
+/// `settings`, but with what another chain of another seed has learned.
+inline ChainSettings taught(const TwoModes& toy, const ChainSettings& settings) {
+  ChainSettings teacher = settings, with = settings;
+  teacher.seed += 100'000;
+  with.lesson = lesson_of(toy, teacher, 1000).bytes;
+  return with;
+}
+
+/// Runs as runs_of gives them, each of a chain that never learned but begins from another one's lesson.
+inline std::vector<Said> taught_runs_of(const TwoModes& toy, const ChainSettings& settings, int iterations) {
+  std::vector<Said> runs;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    ChainSettings with = settings;
+    with.seed += static_cast<std::uint64_t>(seed);
+    runs.push_back(run_of(toy, taught(toy, with), iterations));
+  }
+  return runs;
+}
+
+/// A chain that begins from a lesson never learns: all that it finds counts. Seed and lesson decide it, bit
+/// for bit, whatever interrupts it; and what it knows is of the same kind.
+inline void expect_lessons_take_the_place_of_learning(const TwoModes& toy, const ChainSettings& settings,
+                                                      bool is_place) {
+  EXPECT_EQ(lesson_of(toy, settings).is_place, is_place);
+  const ChainSettings with = taught(toy, settings);
+  Chain chain(toy.target(), with), same(toy.target(), with);
+  ChainSettings other_seed = with;
+  other_seed.seed += 1;
+  Chain other(toy.target(), other_seed);
+  ToySimulator simulator = toy.simulator();
+  std::uint64_t found = 0;
+  for (int i = 0; i < 3000; ++i) {
+    ASSERT_FALSE(chain.counts().is_learning) << i;
+    const bool told = chain.step(simulator);
+    ASSERT_EQ(told, same.step(simulator)) << i;
+    other.step(simulator);
+    if (!told || !chain.stay().is_sample) continue;
+    ++found;
+    ASSERT_GT(chain.stay().weight, 0u) << i;
+    ASSERT_TRUE(chain.stay().score.satisfied);
+  }
+  EXPECT_GE(found, 20u);
+  EXPECT_EQ(chain.checkpoint(), same.checkpoint());
+  EXPECT_NE(chain.stay().state, other.stay().state);
+  EXPECT_EQ(chain.lesson()->is_place, is_place);
+  // The first States of a ladder's replicas are simulated in its first round.
+  expect_resumes(toy, with, 400, [](int) { return true; });
+
+  ChainSettings damaged = with;
+  for (std::size_t length = 1; length < with.lesson.size(); length += length < 100 ? 1 : 97) {
+    damaged.lesson = with.lesson.substr(0, length);
+    EXPECT_THROW(Chain(toy.target(), damaged), std::runtime_error) << length;
+  }
+  damaged.lesson = with.lesson + '\0';
+  EXPECT_THROW(Chain(toy.target(), damaged), std::runtime_error);
+  damaged.lesson = with.lesson;
+  damaged.method = Method::metropolis;
+  EXPECT_THROW(Chain(toy.target(), damaged), std::runtime_error) << "it belongs to another method";
+}
+
 }  // namespace retake::tests

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "db/sqlite/chain_rows.h"
+#include "db/sqlite/lesson_rows.h"
 #include "db/sqlite/play_rows.h"
 #include "db/sqlite/sample_rows.h"
 #include "db/sqlite/scenario_rows.h"
@@ -54,11 +55,21 @@ TEST(StoreQueryPlans, every_statement_of_a_request_goes_by_an_index) {
   database::load_scenarios_without_pilot(*connection);
   database::write_pilot(*connection, "s", {});
   database::insert_scenario(*connection, make_scenario("t"));
-  database::insert_chain(*connection, make_chain("d", "t"));
+  database::insert_chain(*connection, [] {
+    auto chain = make_chain("d", "t");
+    chain.lesson = 1;
+    return chain;
+  }());
   database::load_chain(*connection, "c");
   database::load_chains(*connection, "s");
   database::load_checkpoint(*connection, "c");
   database::load_trace(*connection, "c");
+  database::load_lessons(*connection, "s");
+  database::load_lesson(*connection, "s", 1);
+  database::load_next_lesson(*connection, "s", "metropolis", "exact", {});
+  database::load_same_chain(*connection, make_chain("", "s"), 1);
+  database::update_chain_stop(*connection, "c", {.samples = 1});
+  database::update_chain_state(*connection, "c", ChainState::finished, "", "");
   database::update_chain_state(*connection, "c", ChainState::paused, "", "");
   auto progress = make_progress("c", "s", 300, 301);
   progress.weights = {{1, 0, 2}};
@@ -66,6 +77,7 @@ TEST(StoreQueryPlans, every_statement_of_a_request_goes_by_an_index) {
   progress.replace_trace = true;
   progress.counters.kernels = {{"redraw", 1, 1}};
   progress.counters.rungs = {{0, 1, 1}};
+  progress.lesson = Lesson{.bytes = "lesson"};
   database::write_progress(*connection, progress);
   database::load_sample(*connection, "c-1");
   database::load_state(*connection, "c-1");
@@ -87,7 +99,7 @@ TEST(StoreQueryPlans, every_statement_of_a_request_goes_by_an_index) {
   }
 
   const auto statements = connection->prepared_statements();
-  EXPECT_GT(statements.size(), 51u);
+  EXPECT_GT(statements.size(), 61u);
   for (const auto& sql : statements) {
     if (begins_with(sql, "PRAGMA")) continue;
     for (const auto& step : plan(*connection, sql)) {

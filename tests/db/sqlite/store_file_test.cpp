@@ -270,6 +270,8 @@ TEST(StoreMigrations, a_file_of_version_1_keeps_what_it_holds) {
   // What it did not know is empty, and can be filled.
   EXPECT_FALSE(chain.stop.ess || chain.counters.effective_samples || chain.counters.is_learning);
   EXPECT_EQ(chain.counters.skipped_seconds, 0);
+  EXPECT_EQ(chain.counters.counted, 1u);
+  EXPECT_EQ(chain.lesson, 0u);
   EXPECT_EQ(chain.counters.odds.basis, OddsBasis::none);
   EXPECT_TRUE(chain.counters.rungs.empty());
   EXPECT_EQ(store.scenarios_without_pilot(), (std::vector<std::string>{"s"}));

@@ -219,6 +219,41 @@ TEST_F(ApiChains, Chains_are_started_with_seed_and_index_and_shown_alike_everywh
   EXPECT_EQ(daemon.get("/v1/scenarios/" + scenario).json()["samples"], 12);
 }
 
+TEST_F(ApiChains, What_a_chain_learned_is_a_lesson_and_the_next_one_begins_from_it) {
+  const std::string wish = daemon.add_scenario(wish_document(1, 0.05));
+  const std::string lessons = "/v1/scenarios/" + wish + "/lessons";
+  EXPECT_EQ(daemon.get(lessons).json(), json({{"lessons", json::array()}}));
+  EXPECT_EQ(daemon.get("/v1/scenarios/nope/lessons").status, 404);
+  const json body = json::parse(R"({"method":"conditional","seed":7,"stop":{"counted":20}})");
+  const json first = daemon.wait_for_end(daemon.add_chains(wish, body).at(0));
+  EXPECT_EQ(first["ended_by"], "counted");
+  EXPECT_EQ(first["counted"], 20);
+  EXPECT_EQ(first["lesson"], 0);
+  EXPECT_GT(first["samples"], 20);
+  const json learned = daemon.get(lessons).json()["lessons"];
+  ASSERT_EQ(learned.size(), 1);
+  EXPECT_EQ(differences(learned[0], "Lesson"), "");
+  EXPECT_EQ(learned[0]["number"], 1);
+  EXPECT_EQ(learned[0]["chain"], first["id"]);
+  EXPECT_EQ(learned[0]["place"], false);
+  EXPECT_EQ(learned[0]["usable"], true);
+
+  json other = body;
+  other["seed"] = 8;
+  const json second = daemon.wait_for_end(daemon.add_chains(wish, other).at(0));
+  EXPECT_EQ(second["lesson"], 1);
+  EXPECT_EQ(second["samples"], second["counted"]);
+
+  // The same request again is the chain that is there.
+  const Answer again = daemon.post("/v1/scenarios/" + wish + "/chains", body);
+  EXPECT_EQ(again.status, 200);
+  EXPECT_EQ(again.json()["chains"][0]["id"], first["id"]);
+  other["lesson"] = 5;
+  const Answer unknown = daemon.post("/v1/scenarios/" + wish + "/chains", other);
+  EXPECT_EQ(unknown.status, 422);
+  EXPECT_EQ(unknown.json()["errors"][0]["pointer"], "/lesson");
+}
+
 TEST_F(ApiChains, An_empty_body_starts_one_chain_with_a_seed_that_is_reported) {
   const std::string scenario = daemon.add_scenario(prior_document());
   std::set<json> seeds;

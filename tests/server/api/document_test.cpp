@@ -128,7 +128,8 @@ TEST(ApiDocument, Names_every_route_of_the_program) {
   Runner runner(*store, library, events, {.threads = 1});
   Pilot pilot(*store, library, events);
   HttpServer server({});
-  Api api{*store, library, events, runner, pilot, {}, server};
+  ChainStarter starter(*store, runner);
+  Api api{*store, library, events, runner, starter, pilot, {}, server};
   add_all_routes(server, api);
   std::set<std::pair<std::string, std::string>> documented, known;
   for (const ApiRoute& route : api_document().routes)
@@ -247,7 +248,8 @@ TEST_F(ApiDocumented, Every_answer_is_documented_and_every_documented_key_is_ans
        {json{
             {"count", 4}, {"seed", 1}, {"stop", {{"samples", 60}, {"iterations", 100'000}, {"seconds", 60}}}},
         json{{"method", "tempering"}, {"seed", 1}, {"stop", {{"iterations", 20'000}}}},
-        json{{"method", "metropolis"}, {"seed", 1}, {"stop", {{"ess", 8}}}}})
+        json{{"method", "metropolis"}, {"seed", 1}, {"stop", {{"ess", 8}}}},
+        json{{"method", "conditional"}, {"seed", 1}, {"stop", {{"counted", 5}}}}})
     for (const std::string& id : daemon.add_chains(wish, request))
       EXPECT_EQ(daemon.wait_for_end(id)["state"], "finished");
   for (const char* world : {"bowling", "dice", "spelling"}) {
@@ -259,6 +261,7 @@ TEST_F(ApiDocumented, Every_answer_is_documented_and_every_documented_key_is_ans
   EXPECT_EQ(differences(shapes, "Keyframes"), "");
   EXPECT_EQ(differences(daemon.get("/v1/scenarios/" + wish + "/diagnostics").json(), "Diagnostics"), "");
   EXPECT_EQ(differences(daemon.get("/v1/scenarios/" + wish + "/chains").json(), "Chains"), "");
+  EXPECT_EQ(differences(daemon.get("/v1/scenarios/" + wish + "/lessons").json(), "Lessons"), "");
   EXPECT_EQ(differences(daemon.get("/v1/scenarios/" + wish + "/samples?limit=1").json(), "Samples"), "");
   EXPECT_EQ(differences(daemon.get("/v1/scenarios?limit=1").json(), "Scenarios"), "");
   const json with_keyframes =

@@ -41,8 +41,11 @@ class KeptRun {
   const GatheredDraws& draws() const { return draws_; }
   Scenario::Performer& performer() { return *performer_; }
 
-  void keep() {
-    const ChainProgress progress = run_->take_progress();
+  const std::vector<Lesson>& lessons() const { return lessons_; }
+
+  void keep(bool is_last = false) {
+    const ChainProgress progress = run_->take_progress(is_last);
+    if (progress.lesson) lessons_.push_back(*progress.lesson);
     for (const NewSample& sample : progress.samples) {
       const SampleRecord& record = sample.record;
       EXPECT_EQ(record.id, sample_id("c", record.iteration, record.replica));
@@ -62,7 +65,8 @@ class KeptRun {
     if (!progress.trace_block.empty()) trace_.push_back(progress.trace_block);
   }
   void restart() {
-    run_ = std::make_unique<ChainRun>(scenario_, record_, checkpoint_, trace_);
+    run_ = std::make_unique<ChainRun>(scenario_, record_,
+                                      ChainRun::Stored{.checkpoint = checkpoint_, .trace_blocks = trace_});
     performer_ = scenario_->make_performer();
   }
 
@@ -75,6 +79,7 @@ class KeptRun {
   GatheredDraws draws_;
   std::string checkpoint_;
   std::vector<std::string> trace_;
+  std::vector<Lesson> lessons_;
 };
 
 std::shared_ptr<const Scenario> bead_before(double limit) {
@@ -83,7 +88,31 @@ std::shared_ptr<const Scenario> bead_before(double limit) {
 }
 
 constexpr std::chrono::duration<double> kMoment{1e-9};
+constexpr std::chrono::duration<double> kShort{0.002};
 constexpr std::chrono::duration<double> kLong{60};
+
+TEST(ChainRunLessons, AreHandedOverOnceHoweverOftenTheRunBeginsAgain) {
+  for (const bool restarts : {false, true})
+    for (const auto& [method, is_place] :
+         std::map<std::string, bool>{{"conditional", false}, {"tempering", true}}) {
+      KeptRun kept(bead_before(3), record_of(method, {.iterations = 20'000}));
+      while (kept.run().ended_by().empty()) {
+        kept.run().step_for(kept.performer(), kShort, 10);
+        kept.keep();
+        ASSERT_TRUE(kept.lessons().empty() || !kept.run().record().counters.is_learning);
+        if (restarts) kept.restart();
+      }
+      EXPECT_FALSE(kept.run().record().counters.is_learning) << method;
+      EXPECT_EQ(kept.lessons().size(), is_place ? 0u : 1u) << method;
+      kept.keep(true);
+      ASSERT_EQ(kept.lessons().size(), 1u) << method;
+      EXPECT_EQ(kept.lessons()[0].is_place, is_place);
+    }
+  KeptRun plain(bead_before(3), record_of("rejection", {.iterations = 100}));
+  plain.run().step_for(plain.performer(), kLong, 1000);
+  plain.keep(true);
+  EXPECT_TRUE(plain.lessons().empty()) << "there is nothing to learn";
+}
 
 class ChainRunWeights : public ::testing::TestWithParam<Method> {};
 INSTANTIATE_TEST_SUITE_P(Methods, ChainRunWeights,

@@ -1,8 +1,6 @@
 // What HttpServer answers: routes, errors in one shape, validators, compression, access, streams. doc/api.md,
 // "Conventions".
-#include "server/http/message.h"
 #include "server/http/server.h"
-#include "server/http/settings.h"
 
 #include <chrono>
 #include <string>
@@ -11,7 +9,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "server/http/message.h"
 #include "server/http/representation.h"
+#include "server/http/settings.h"
 #include "tests/server/http/test_routes.h"
 #include "tests/server/raw_client.h"
 
