@@ -235,9 +235,11 @@ TEST(DeterminismOfEss, Restarts_pauses_and_the_command_line_end_a_walk_at_the_sa
   ended = daemon.wait_for_end(chain);
   ASSERT_EQ(ended["ended_by"], "ess");
   const Found disturbed = found_by(daemon, scenario, chain);
-  const std::string again = daemon.add_chains(scenario, request).at(0);
+  // The same chain elsewhere, which nothing disturbed.
+  const std::string elsewhere = daemon.add_scenario(wish_document(1, 0.05, "Elsewhere"));
+  const std::string again = daemon.add_chains(elsewhere, request).at(0);
   EXPECT_EQ(daemon.wait_for_end(again)["effective_samples"], ended["effective_samples"]);
-  EXPECT_EQ(found_by(daemon, scenario, again), disturbed);
+  EXPECT_EQ(found_by(daemon, elsewhere, again), disturbed);
 
   write_text(folder / "scenario.json", wish.dump());
   const Ended command =
