@@ -106,7 +106,7 @@ struct LessonRecord {
   std::string ratios;
   std::string chain;  ///< that learned it
   std::uint32_t version = kLessonVersion;
-  bool is_place = false;
+  LessonKind kind = LessonKind::proposal;
   std::int64_t created_at = 0;  ///< [ms]
 };
 

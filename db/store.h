@@ -81,9 +81,10 @@ class Store {
   /// The lessons of a scenario, in the order of their numbers.
   virtual std::vector<LessonRecord> lessons(std::string_view scenario) const = 0;
   virtual std::optional<Lesson> lesson(std::string_view scenario, std::uint64_t number) const = 0;
-  /// Which lesson a new chain of this method and these ratios begins from: the newest one that serves any
-  /// number of chains, else of the places from which no chain went on (one that is under way, or found a
-  /// sample) the one that waits longest. Those `taken` are passed over, as are other versions. 0: none.
+  /// Which lesson a new chain of this method and these ratios begins from: the newest proposal; else, of the
+  /// places that are not `taken` and from which no chain went on (one that is under way, or found a sample),
+  /// the one that waits longest; else the newest one that is unfinished. Other versions are left out. 0:
+  /// none.
   virtual std::uint64_t next_lesson(std::string_view scenario, std::string_view method,
                                     std::string_view ratios,
                                     const std::vector<std::uint64_t>& taken) const = 0;

@@ -64,9 +64,9 @@ const Stay& Chain::stay(std::size_t walker) const {
 std::optional<Lesson> Chain::lesson() const {
   ByteWriter out;
   out.put(static_cast<std::uint8_t>(settings_->method));
-  const Walk::Teaching teaching = counts_->is_learning ? Walk::Teaching::nothing : walk_->teach(out);
-  if (teaching == Walk::Teaching::nothing) return std::nullopt;
-  return Lesson{.is_place = teaching == Walk::Teaching::place, .bytes = out.take()};
+  const std::optional<LessonKind> kind = walk_->teach(out);
+  if (!kind) return std::nullopt;
+  return Lesson{.kind = *kind, .bytes = out.take()};
 }
 
 // --- Checkpoint -------------------------------------------------------------------------------

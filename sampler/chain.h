@@ -48,8 +48,8 @@ class Chain {
   const ChainSettings& settings() const { return *settings_; }
   const Target& target() const { return *target_; }
   std::string checkpoint() const;
-  /// What it knows, for others to begin from; none while it is learning, and where the method has nothing to
-  /// learn.
+  /// What it knows, for others to begin from; none while it knows nothing, and where the method has nothing
+  /// to learn.
   std::optional<Lesson> lesson() const;
   ~Chain();
   Chain(Chain&&) noexcept;

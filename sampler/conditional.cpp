@@ -218,30 +218,25 @@ std::uint64_t Conditional::draw_count(RandomStream& random) const {
 }
 
 // --- Lesson -----------------------------------------------------------------------------------
-// The redraw, and by what its hits are weighed.
+// Whether it samples, and what it has learned.
 
-Walk::Teaching Conditional::teach(ByteWriter& out) const {
-  out.put(valid_share_);
-  out.put(hit_scale_);
-  redraw_.write(out);
-  return Teaching::proposal;
+std::optional<LessonKind> Conditional::teach(ByteWriter& out) const {
+  const bool samples = phase_ == Phase::sampling;
+  if (!samples && (phase_ == Phase::tempering || (hits_.empty() && redraw_.is_prior()))) return std::nullopt;
+  out.put(static_cast<std::uint8_t>(samples));
+  write_learned(out);
+  return samples ? LessonKind::proposal : LessonKind::unfinished;
 }
 
 void Conditional::begin_from(ByteReader& lesson) {
-  valid_share_ = lesson.get<double>();
-  hit_scale_ = lesson.get<double>();
-  redraw_ = LearnedRedraw::read(lesson, block_);
-  if (!(valid_share_ > 0 && valid_share_ <= 1) || !std::isfinite(hit_scale_) || redraw_.is_prior())
+  const auto samples = lesson.get<std::uint8_t>();
+  read_learned(lesson);
+  if (samples > 1 || (samples == 1 && (redraw_.is_prior() || !std::isfinite(hit_scale_))))
     throw std::out_of_range("a redraw that cannot be");
-  enter_sampling();
+  if (samples == 1) enter_sampling();
 }
 
-// --- Checkpoint -------------------------------------------------------------------------------
-
-void Conditional::write(ByteWriter& out) const {
-  Walk::write(out);
-  out.put(static_cast<std::uint8_t>(phase_));
-  out.put(turn_);
+void Conditional::write_learned(ByteWriter& out) const {
   out.put(explored_);
   out.put(found_);
   out.put(found_weight_);
@@ -255,6 +250,32 @@ void Conditional::write(ByteWriter& out) const {
     out.put(hit.weight);
     write_state(out, hit.state);
   }
+}
+
+void Conditional::read_learned(ByteReader& in) {
+  explored_ = in.get<std::uint64_t>();
+  found_ = in.get<std::uint64_t>();
+  found_weight_ = in.get<double>();
+  plain_draws_ = in.get<double>();
+  learned_from_ = in.get<std::uint64_t>();
+  valid_share_ = in.get<double>();
+  hit_scale_ = in.get<double>();
+  if (!(valid_share_ > 0 && valid_share_ <= 1)) throw std::out_of_range("a share that cannot be");
+  redraw_ = LearnedRedraw::read(in, block_);
+  hits_.clear();
+  for (auto count = in.get<std::uint32_t>(); count > 0; --count) {
+    const auto weight = in.get<double>();
+    hits_.push_back({.state = read_state(in, target_), .weight = weight});
+  }
+}
+
+// --- Checkpoint -------------------------------------------------------------------------------
+
+void Conditional::write(ByteWriter& out) const {
+  Walk::write(out);
+  out.put(static_cast<std::uint8_t>(phase_));
+  out.put(turn_);
+  write_learned(out);
   if (phase_ == Phase::tempering) ladder_->write(out);
 }
 
@@ -266,19 +287,7 @@ void Conditional::read(ByteReader& in) {
     throw std::out_of_range("a phase that cannot be");
   phase_ = static_cast<Phase>(phase);
   turn_ = turn;
-  explored_ = in.get<std::uint64_t>();
-  found_ = in.get<std::uint64_t>();
-  found_weight_ = in.get<double>();
-  plain_draws_ = in.get<double>();
-  learned_from_ = in.get<std::uint64_t>();
-  valid_share_ = in.get<double>();
-  hit_scale_ = in.get<double>();
-  redraw_ = LearnedRedraw::read(in, block_);
-  hits_.clear();
-  for (auto count = in.get<std::uint32_t>(); count > 0; --count) {
-    const auto weight = in.get<double>();
-    hits_.push_back({.state = read_state(in, target_), .weight = weight});
-  }
+  read_learned(in);
   const bool has_moved = walker_.was_simulated || turn_ == kHitsPerLocal;
   if (phase_ == Phase::sampling && (!has_moved || redraw_.is_prior()))
     throw std::out_of_range("a phase without what it needs");

@@ -42,7 +42,7 @@ class Conditional final : public Walk {
   bool step(Simulator& simulator) override;
   void write(ByteWriter& out) const override;
   void read(ByteReader& in) override;
-  Teaching teach(ByteWriter& out) const override;
+  std::optional<LessonKind> teach(ByteWriter& out) const override;
   void begin_from(ByteReader& lesson) override;
 
  private:
@@ -61,6 +61,9 @@ class Conditional final : public Walk {
   void enter_sampling();
   bool sample(Simulator& simulator);
   bool move_locally(Simulator& simulator);
+  /// What it has learned, as part of a checkpoint and of a lesson.
+  void write_learned(ByteWriter& out) const;
+  void read_learned(ByteReader& in);
   /// How often the walker's State counts: a whole number, its mean proportional to p p_c / q.
   std::uint64_t draw_count(RandomStream& random) const;
   /// Draws a candidate from the redraw as it is. True if it satisfies the constraint, with p_c > 0.

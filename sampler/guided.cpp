@@ -167,10 +167,10 @@ bool Guided::note() {
 // --- Lesson -----------------------------------------------------------------------------------
 // The State that was noted last.
 
-Walk::Teaching Guided::teach(ByteWriter& out) const {
-  if (!noted_.stay.is_sample) return Teaching::nothing;
+std::optional<LessonKind> Guided::teach(ByteWriter& out) const {
+  if (counts_.is_learning || !noted_.stay.is_sample) return std::nullopt;
   write_state(out, noted_.stay.state);
-  return Teaching::place;
+  return LessonKind::place;
 }
 
 void Guided::begin_from(ByteReader& lesson) {

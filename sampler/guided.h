@@ -28,7 +28,7 @@ class Guided final : public Walk {
   std::span<const Walker> walkers() const override { return {&noted_, 1}; }
   void write(ByteWriter& out) const override;
   void read(ByteReader& in) override;
-  Teaching teach(ByteWriter& out) const override;
+  std::optional<LessonKind> teach(ByteWriter& out) const override;
   void begin_from(ByteReader& lesson) override;
 
  private:

@@ -294,13 +294,14 @@ void Tempering::estimate_odds() {
 // --- Lesson -----------------------------------------------------------------------------------
 // The ladder, and who stands on it.
 
-Walk::Teaching Tempering::teach(ByteWriter& out) const {
+std::optional<LessonKind> Tempering::teach(ByteWriter& out) const {
+  if (stage_ != Stage::sampling) return std::nullopt;
   out.put(static_cast<std::uint32_t>(rungs_.size()));
   for (const Rung& rung : rungs_) {
     out.put(rung.beta);
     write_state(out, walkers_[rung.walker].stay.state);
   }
-  return Teaching::place;
+  return LessonKind::place;
 }
 
 void Tempering::begin_from(ByteReader& lesson) {

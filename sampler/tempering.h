@@ -31,7 +31,7 @@ class Tempering final : public Walk {
   std::size_t walker() const override { return walker_index_; }
   void write(ByteWriter& out) const override;
   void read(ByteReader& in) override;
-  Teaching teach(ByteWriter& out) const override;
+  std::optional<LessonKind> teach(ByteWriter& out) const override;
   void begin_from(ByteReader& lesson) override;
 
   /// So many satisfied States were found, from so many independent draws of the prior, that kernels may be

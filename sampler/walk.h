@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "sampler/bytes.h"
 #include "sampler/guide.h"
+#include "sampler/lesson.h"
 #include "sampler/simulator.h"
 #include "sampler/stay.h"
 #include "sampler/target.h"
@@ -44,12 +46,10 @@ class Walk {
   /// Throws: std::out_of_range.
   virtual void read(ByteReader& in);
 
-  /// See Lesson.
-  enum class Teaching { nothing, proposal, place };
-  /// Writes what it has learned; asked for once it is no longer learning.
-  virtual Teaching teach(ByteWriter& out) const {
+  /// Writes what it has learned; nothing: it knows nothing that others could begin from.
+  virtual std::optional<LessonKind> teach(ByteWriter& out) const {
     (void)out;
-    return Teaching::nothing;
+    return std::nullopt;
   }
   /// Before the first iteration: what another one's teach() wrote takes the place of learning.
   /// Throws: std::out_of_range.

@@ -241,13 +241,13 @@ CREATE TABLE lesson (
   ratios TEXT NOT NULL,
   chain INTEGER NOT NULL REFERENCES chain ON DELETE CASCADE,  -- that learned it
   version INTEGER NOT NULL,
-  is_place INTEGER NOT NULL,
+  kind TEXT NOT NULL CHECK (kind IN ('unfinished', 'proposal', 'place')),
   went_on INTEGER NOT NULL DEFAULT 0,      -- a chain went on from this place
   bytes BLOB NOT NULL,
   created_at INTEGER NOT NULL,
   UNIQUE (scenario, number)
 ) STRICT;
-CREATE INDEX lesson_by_kind ON lesson (scenario, method, ratios, version, is_place, went_on, number);
+CREATE INDEX lesson_by_kind ON lesson (scenario, method, ratios, version, kind, went_on, number);
 CREATE INDEX lesson_by_chain ON lesson (chain);
 ALTER TABLE chain ADD COLUMN lesson INTEGER NOT NULL DEFAULT 0;  -- its number; 0: it learns by itself
 ALTER TABLE chain ADD COLUMN stop_counted INTEGER;

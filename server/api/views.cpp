@@ -251,7 +251,7 @@ json lessons_json(const std::vector<LessonRecord>& records) {
                      {"method", record.method},
                      {"ratios", record.ratios},
                      {"chain", record.chain},
-                     {"place", record.is_place},
+                     {"kind", to_string(record.kind)},
                      {"usable", record.version == kLessonVersion},
                      {"created_at", timestamp(record.created_at)}});
   return {{"lessons", std::move(views)}};

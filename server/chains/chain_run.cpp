@@ -187,12 +187,13 @@ void ChainRun::update_counters() {
 }
 
 std::optional<Lesson> ChainRun::take_lesson(bool is_last) {
-  if (chain_.counts().is_learning) return std::nullopt;
-  const bool has_just_learned = std::exchange(was_learning_, false);
+  const bool is_learning = chain_.counts().is_learning;
+  const bool has_just_learned = was_learning_ && !is_learning;
+  was_learning_ = is_learning;
   if (!has_just_learned && !is_last) return std::nullopt;
   std::optional<Lesson> lesson = chain_.lesson();
   if (!lesson.has_value()) return lesson;
-  const bool is_due = lesson->is_place ? is_last : has_just_learned;
+  const bool is_due = lesson->kind == LessonKind::proposal ? has_just_learned : is_last;
   return is_due ? std::move(lesson) : std::nullopt;
 }
 

@@ -56,8 +56,8 @@ class ChainRun {
 
   /// Samples gathered since the last take_progress().
   std::size_t gathered() const { return samples_.size(); }
-  /// Everything since the last call, for one transaction. What it has learned is part of it once: as soon as
-  /// learning has ended, or, if it is the place where a walk stands, in the last progress of a chain.
+  /// Everything since the last call, for one transaction. What it has learned is part of it once: a proposal
+  /// as soon as learning has ended, else in the last progress of a chain.
   ChainProgress take_progress(bool is_last = false);
 
  private:

@@ -305,10 +305,10 @@ class StoreLessons : public StoreTest {
     chain.method = method;
     store.add_chains({chain});
   }
-  void teach(const std::string& chain, bool is_place, const std::string& bytes = "bytes",
+  void teach(const std::string& chain, LessonKind kind, const std::string& bytes = "bytes",
              std::uint32_t version = kLessonVersion) {
     auto progress = make_progress(chain, "s", 1, 1);
-    progress.lesson = Lesson{.version = version, .is_place = is_place, .bytes = bytes};
+    progress.lesson = Lesson{.kind = kind, .version = version, .bytes = bytes};
     store.commit(std::move(progress)).get();
   }
   std::uint64_t next(const std::vector<std::uint64_t>& taken = {}, const std::string& method = "metropolis") {
@@ -323,11 +323,11 @@ TEST_P(StoreLessons, come_back_by_their_numbers) {
   add("b", 0, "tempering");
   auto other = make_chain("z", "t");
   store.add_chains({other});
-  teach("a", false, std::string("by\0es", 5));
+  teach("a", LessonKind::proposal, std::string("by\0es", 5));
   auto foreign = make_progress("z", "t", 1, 1);
   foreign.lesson = Lesson{.bytes = "foreign"};
   store.commit(std::move(foreign)).get();
-  teach("b", true, "place");
+  teach("b", LessonKind::place, "place");
   const auto lessons = store.lessons("s");
   ASSERT_EQ(lessons.size(), 2u);
   EXPECT_EQ(lessons[0].number, 1u);
@@ -335,14 +335,14 @@ TEST_P(StoreLessons, come_back_by_their_numbers) {
   EXPECT_EQ(lessons[0].method, "metropolis");
   EXPECT_EQ(lessons[0].ratios, "exact");
   EXPECT_EQ(lessons[0].version, kLessonVersion);
-  EXPECT_FALSE(lessons[0].is_place);
+  EXPECT_EQ(lessons[0].kind, LessonKind::proposal);
   EXPECT_GT(lessons[0].created_at, 1'600'000'000'000);
   EXPECT_EQ(lessons[1].number, 2u);
   EXPECT_EQ(lessons[1].method, "tempering");
-  EXPECT_TRUE(lessons[1].is_place);
+  EXPECT_EQ(lessons[1].kind, LessonKind::place);
   EXPECT_EQ(store.lesson("s", 1)->bytes, std::string("by\0es", 5));
   EXPECT_EQ(store.lesson("s", 2)->bytes, "place");
-  EXPECT_TRUE(store.lesson("s", 2)->is_place);
+  EXPECT_EQ(store.lesson("s", 2)->kind, LessonKind::place);
   EXPECT_EQ(store.lesson("t", 1)->bytes, "foreign");
   EXPECT_FALSE(store.lesson("s", 3));
   EXPECT_FALSE(store.lesson("gone", 1));
@@ -357,12 +357,12 @@ TEST_P(StoreLessons, the_newest_of_a_kind_serves_any_number_of_chains) {
   store.add_scenario(make_scenario("s"));
   EXPECT_EQ(next(), 0u);
   add("a");
-  teach("a", false);
+  teach("a", LessonKind::proposal);
   EXPECT_EQ(next(), 1u);
   add("b", 1);
-  teach("b", false);
+  teach("b", LessonKind::proposal);
   EXPECT_EQ(next({2}), 2u);
-  teach("b", false, "of another version", kLessonVersion + 1);
+  teach("b", LessonKind::proposal, "of another version", kLessonVersion + 1);
   EXPECT_EQ(next(), 2u);
   add("c", 2);
   EXPECT_EQ(next(), 2u);
@@ -375,7 +375,7 @@ TEST_P(StoreLessons, from_a_place_one_chain_goes_on) {
   store.add_scenario(make_scenario("s"));
   for (const char* id : {"a", "b", "c"}) {
     add(id);
-    teach(id, true);
+    teach(id, LessonKind::place);
   }
   EXPECT_EQ(next(), 1u) << "the one that waits longest";
   EXPECT_EQ(next({1, 2}), 3u) << "chains of one request go on from one each";
@@ -392,10 +392,18 @@ TEST_P(StoreLessons, from_a_place_one_chain_goes_on) {
   found.state = ChainState::finished;
   store.commit(std::move(found)).get();
   EXPECT_EQ(next({2}), 0u) << "what it began from was used";
+  // What is unfinished comes after the places, and before nothing.
+  teach("a", LessonKind::unfinished);
+  teach("a", LessonKind::unfinished);
+  EXPECT_EQ(next({2}), 5u);
+  EXPECT_EQ(next(), 2u);
   auto nothing = make_progress("d", "s", 1, 0);
   nothing.state = ChainState::finished;
   store.commit(std::move(nothing)).get();
   EXPECT_EQ(next({2}), 1u);
+  teach("b", LessonKind::proposal);
+  teach("a", LessonKind::unfinished);
+  EXPECT_EQ(next(), 6u) << "a proposal before everything else";
 }
 
 TEST_P(StoreChains, a_ladder_may_change_its_rungs) {

@@ -70,7 +70,27 @@ TEST_P(ConditionalTest, LearningWeighsNothing) {
 }
 
 TEST_P(ConditionalTest, LessonsTakeThePlaceOfLearning) {
-  expect_lessons_take_the_place_of_learning(GetParam(), with_seed(340), false);
+  expect_lessons_take_the_place_of_learning(GetParam(), with_seed(340), LessonKind::proposal);
+}
+
+TEST_P(ConditionalTest, LearnsOnFromAnUnfinishedLesson) {
+  Chain first(GetParam().target(), with_seed(345));
+  ToySimulator simulator = GetParam().simulator();
+  while (first.counts().samples < 30)
+    first.step(simulator);
+  ASSERT_EQ(first.lesson()->kind, LessonKind::unfinished);
+  ChainSettings settings = with_seed(346);
+  settings.lesson = first.lesson()->bytes;
+  Chain second(GetParam().target(), settings);
+  EXPECT_TRUE(second.counts().is_learning);
+  EXPECT_EQ(second.counts().odds.draws, 0u) << "the draws of the other one are the other one's";
+  while (second.counts().iteration == 0 || second.counts().is_learning)
+    second.step(simulator);
+  EXPECT_LE(second.counts().samples, kShortLearning.hits - 30 + 10) << "it needed the rest only";
+  EXPECT_EQ(second.lesson()->kind, LessonKind::proposal);
+  expect_resumes(GetParam(), settings, 4000, [](int i) { return i % 3 == 0; });
+  const Truth truth = truth_of(GetParam(), 1'000'000, 347);
+  EXPECT_LT(largest_t(runs_of(GetParam(), settings, 6000), truth), kLargestT);
 }
 
 TEST_P(ConditionalTest, IsExactFromALesson) {

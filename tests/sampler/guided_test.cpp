@@ -137,7 +137,7 @@ TEST_P(GuidedTest, LearningWeighsNothing) {
 }
 
 TEST_P(GuidedTest, LessonsTakeThePlaceOfLearning) {
-  expect_lessons_take_the_place_of_learning(guided(GetParam()), guided_settings(440), true);
+  expect_lessons_take_the_place_of_learning(guided(GetParam()), guided_settings(440), LessonKind::place);
 }
 
 TEST_P(GuidedTest, IsExactFromALesson) {

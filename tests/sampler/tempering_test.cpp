@@ -39,7 +39,7 @@ TEST_P(TemperingTest, LearningWeighsNothing) {
 }
 
 TEST_P(TemperingTest, LessonsTakeThePlaceOfLearning) {
-  expect_lessons_take_the_place_of_learning(GetParam(), tempering_settings(440), true);
+  expect_lessons_take_the_place_of_learning(GetParam(), tempering_settings(440), LessonKind::place);
 }
 
 TEST_P(TemperingTest, IsExactFromALesson) {

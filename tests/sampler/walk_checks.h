@@ -275,8 +275,8 @@ inline std::vector<Said> taught_runs_of(const TwoModes& toy, const ChainSettings
 /// A chain that begins from a lesson never learns: all that it finds counts. Seed and lesson decide it, bit
 /// for bit, whatever interrupts it; and what it knows is of the same kind.
 inline void expect_lessons_take_the_place_of_learning(const TwoModes& toy, const ChainSettings& settings,
-                                                      bool is_place) {
-  EXPECT_EQ(lesson_of(toy, settings).is_place, is_place);
+                                                      LessonKind kind) {
+  EXPECT_EQ(lesson_of(toy, settings).kind, kind);
   const ChainSettings with = taught(toy, settings);
   Chain chain(toy.target(), with), same(toy.target(), with);
   ChainSettings other_seed = with;
@@ -297,7 +297,7 @@ inline void expect_lessons_take_the_place_of_learning(const TwoModes& toy, const
   EXPECT_GE(found, 20u);
   EXPECT_EQ(chain.checkpoint(), same.checkpoint());
   EXPECT_NE(chain.stay().state, other.stay().state);
-  EXPECT_EQ(chain.lesson()->is_place, is_place);
+  EXPECT_EQ(chain.lesson()->kind, kind);
   // The first States of a ladder's replicas are simulated in its first round.
   expect_resumes(toy, with, 400, [](int) { return true; });
 

@@ -27,7 +27,7 @@ test("a chain is started, paused, resumed and stopped, live", async () => {
 
   await page.getByRole("button", { name: "Start chains" }).click();
   await arrived(page, { start: "on" });
-  await page.getByLabel("Animations found").fill("");
+  await page.getByLabel("Animations that count").fill("");
   await page.getByLabel("Seed").fill("11");
   await page.getByRole("button", { name: "Start", exact: true }).click();
   await arrived(page, { start: null });

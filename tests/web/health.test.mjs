@@ -92,7 +92,7 @@ test("a chain started from the form ends when it has so many independent animati
   const { id } = await api(program, "/v1/scenarios", json(wish));
   await page.goto(`${program.address}?scenario=${id}&tab=chains`);
   await page.getByRole("button", { name: "Start chains" }).click();
-  await page.getByLabel("Animations found").fill("");
+  await page.getByLabel("Animations that count").fill("");
   await page.getByLabel("Independent animations").fill("60");
   await page.locator(".start-chains .choice").nth(3).waitFor();
   await page.getByRole("radio", { name: /conditional/ }).check();
@@ -302,7 +302,7 @@ test("the form that starts chains offers every method in a sentence, and stops b
   await picture(page, "start-chains");
   await page.getByLabel("Chains", { exact: true }).fill("4");
   await page.getByRole("radio", { name: /tempering/ }).check();
-  await page.getByLabel("Animations found").fill("");
+  await page.getByLabel("Animations that count").fill("");
   await page.getByLabel("Independent animations").fill("200");
   await page.getByRole("button", { name: "Start", exact: true }).click();
   await arrived(page, { start: null });

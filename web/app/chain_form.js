@@ -16,7 +16,7 @@ export class ChainForm {
     const number = (name, props) => h("input", { type: "number", inputMode: "numeric", name, ...props });
     this.count = number("count", { min: "1", max: "64", value: "1", required: true });
     this.seed = number("seed", { min: "0", placeholder: "any" });
-    this.samples = number("samples", { min: "1", value: "50", placeholder: "never" });
+    this.counted = number("counted", { min: "1", value: "50", placeholder: "never" });
     this.ess = number("ess", { min: "1", max: "1000", placeholder: "never" });
     this.methods = h("div.choices", { role: "radiogroup", "aria-label": "Method" });
     this.fault = h("p.error", { "aria-live": "polite" });
@@ -30,7 +30,7 @@ export class ChainForm {
         h("div.sheet-head", {}, h("h2", {}, "Start chains"), h("button.quiet.square", { type: "button", "aria-label": "Close", onclick: () => leave({ start: "" }) }, icon("close"))),
         this.methods,
         h("div.fields", {}, field("Chains", this.count), field("Seed", this.seed)),
-        h("fieldset", {}, h("legend", {}, "Each stops after whichever comes first"), h("div.fields", {}, field("Animations found", this.samples), field("Independent animations", this.ess))),
+        h("fieldset", {}, h("legend", {}, "Each stops after whichever comes first"), h("div.fields", {}, field("Animations that count", this.counted), field("Independent animations", this.ess))),
         this.fault,
         h("div.sheet-foot", {}, h("p.dim", {}, "Several chains can be checked against each other; one alone cannot."), this.start),
       ),
@@ -69,7 +69,7 @@ export class ChainForm {
     this.start.disabled = true;
     const wanted = { count: this.count.valueAsNumber };
     const stop = {};
-    if (this.samples.value) stop.samples = this.samples.valueAsNumber;
+    if (this.counted.value) stop.counted = this.counted.valueAsNumber;
     if (this.ess.value) stop.ess = this.ess.valueAsNumber;
     if (Object.keys(stop).length) wanted.stop = stop;
     if (this.seed.value) wanted.seed = this.seed.valueAsNumber;

@@ -47,7 +47,7 @@ export class ChainRow {
   /** @param {import("./types.js").Chain} chain */
   show(chain) {
     say(this.name, `${chain.index + 1}`);
-    this.name.append(h("span.dim", {}, ` ${chain.method}, seed ${chain.seed}${chain.ratios === "paper" ? ", the paper’s ratios" : ""}`));
+    this.name.append(h("span.dim", {}, ` ${chain.method}, seed ${chain.seed}${chain.ratios === "paper" ? ", the paper’s ratios" : ""}${chain.lesson ? `, from lesson ${chain.lesson}` : ""}`));
     say(this.state, chain.state);
     this.state.dataset.state = chain.state;
     this.phase.hidden = !isGoing(chain) && chain.state !== "paused";
@@ -59,6 +59,7 @@ export class ChainRow {
     say(this.accepted, percent(chain.accepted, chain.iteration));
     this.accepted.title = (chain.kernels ?? []).map((kernel) => `${spaced(kernel.name)}: ${percent(kernel.accepted, kernel.proposed)} of ${count(kernel.proposed)}`).join("\n");
     say(this.samples, count(chain.samples));
+    this.samples.title = chain.counted < chain.samples ? `${count(chain.counted)} of them count, the others were found while it was learning` : "";
     say(this.independent, typeof chain.effective_samples === "number" ? count(chain.effective_samples) : "–");
     say(this.first, chain.first_sample ? seconds(chain.first_sample.seconds) : "–");
     const going = isGoing(chain);

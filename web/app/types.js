@@ -22,8 +22,9 @@
  *   simulations: number, simulated_seconds: number, iterations_per_second: number,
  *   kernels: {name: string, proposed: number, accepted: number}[],
  *   first_sample: {iteration: number, seconds: number}|null, phase: "exploring"|"sampling",
- *   skipped_seconds: number, effective_samples: number|null, ended_by: string|null, error?: string,
- *   guided?: boolean}} Chain guided: its world shows it the way */
+ *   lesson: number, counted: number, skipped_seconds: number, effective_samples: number|null, ended_by: string|null, error?: string,
+ *   guided?: boolean}} Chain guided: its world shows it the way;
+ *   lesson: that it began from, 0 for none; counted: samples that count */
 /** @typedef {{name: string, unit: string, rhat: number|null, ess_bulk: number|null, ess_tail: number|null,
  *   ess_within: number|null, ess_across: number|null, mean: number|null, sd: number|null}} Quantity effective sample
  *   sizes over all chains together, within each chain by itself (summed), and from the spread of the chains' means */

@@ -235,7 +235,7 @@ TEST_F(ApiChains, What_a_chain_learned_is_a_lesson_and_the_next_one_begins_from_
   EXPECT_EQ(differences(learned[0], "Lesson"), "");
   EXPECT_EQ(learned[0]["number"], 1);
   EXPECT_EQ(learned[0]["chain"], first["id"]);
-  EXPECT_EQ(learned[0]["place"], false);
+  EXPECT_EQ(learned[0]["kind"], "proposal");
   EXPECT_EQ(learned[0]["usable"], true);
 
   json other = body;

@@ -93,8 +93,8 @@ constexpr std::chrono::duration<double> kLong{60};
 
 TEST(ChainRunLessons, AreHandedOverOnceHoweverOftenTheRunBeginsAgain) {
   for (const bool restarts : {false, true})
-    for (const auto& [method, is_place] :
-         std::map<std::string, bool>{{"conditional", false}, {"tempering", true}}) {
+    for (const auto& [method, kind] : std::map<std::string, LessonKind>{{"conditional", LessonKind::proposal},
+                                                                        {"tempering", LessonKind::place}}) {
       KeptRun kept(bead_before(3), record_of(method, {.iterations = 20'000}));
       while (kept.run().ended_by().empty()) {
         kept.run().step_for(kept.performer(), kShort, 10);
@@ -103,11 +103,20 @@ TEST(ChainRunLessons, AreHandedOverOnceHoweverOftenTheRunBeginsAgain) {
         if (restarts) kept.restart();
       }
       EXPECT_FALSE(kept.run().record().counters.is_learning) << method;
-      EXPECT_EQ(kept.lessons().size(), is_place ? 0u : 1u) << method;
+      EXPECT_EQ(kept.lessons().size(), kind == LessonKind::place ? 0u : 1u) << method;
       kept.keep(true);
       ASSERT_EQ(kept.lessons().size(), 1u) << method;
-      EXPECT_EQ(kept.lessons()[0].is_place, is_place);
+      EXPECT_EQ(kept.lessons()[0].kind, kind);
     }
+  // One that ends while it is learning teaches what it has found so far.
+  KeptRun short_one(bead_before(3), record_of("conditional", {.samples = 30}));
+  short_one.run().step_for(short_one.performer(), kLong, 1000);
+  short_one.keep();
+  EXPECT_TRUE(short_one.lessons().empty());
+  short_one.keep(true);
+  ASSERT_EQ(short_one.lessons().size(), 1u);
+  EXPECT_EQ(short_one.lessons()[0].kind, LessonKind::unfinished);
+
   KeptRun plain(bead_before(3), record_of("rejection", {.iterations = 100}));
   plain.run().step_for(plain.performer(), kLong, 1000);
   plain.keep(true);
