@@ -19,6 +19,8 @@ struct ServiceLimits {
   std::uint64_t refill = 100;   ///< samples that such a chain finds before it finishes
 
   static constexpr std::uint64_t kMostLowWater = 1'000'000;
+  static constexpr std::uint64_t kLongestWait = 5000;  ///< [ms] of a play for a first animation
+  static constexpr std::size_t kMostWaiting = 16;      ///< plays at once, a third of all connections
 };
 
 }  // namespace retake

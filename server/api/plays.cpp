@@ -1,5 +1,8 @@
 // Route of plays: a fresh animation for a game.
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <mutex>
@@ -7,6 +10,7 @@
 #include "server/api/api.h"
 #include "server/api/request_fields.h"
 #include "server/api/views.h"
+#include "server/chains/health.h"
 #include "worlds/formats/keyframes.h"
 #include "worlds/formats/recorded.h"
 
@@ -17,6 +21,7 @@ using nlohmann::json;
 
 constexpr std::size_t kLongestPlayer = 200;  // bytes, chosen: any account name or UUID
 constexpr std::size_t kLongestKey = 200;
+constexpr double kLongestRetry = 30;  // [s], chosen: chance may be kinder than expected
 
 /// Starts a chain again where stock runs low and none is running. One request at a time, so that many players
 /// who find it low start one chain.
@@ -40,58 +45,134 @@ void refill(Api& api, std::mutex& one_at_a_time, const std::string& scenario_id,
                scenario_id.c_str(), fault.what());
 }
 
-/// Why there is nothing to hand out.
-[[noreturn]] void refuse_play(Api& api, const std::string& id, bool may_repeat) {
+/// When the next animation may be expected [s], by how the running chains fare; none while nobody can know.
+std::optional<double> eta_of_next(Api& api, const ScenarioRecord& record,
+                                  const std::vector<ChainRecord>& chains) {
+  const auto scenario = api.scenarios.find_runnable(record.id);
+  if (!scenario) return std::nullopt;
+  if (const auto first = eta_of_first_sample(*scenario, chains, record.pilot)) return first;
+  double per_second = 0;
+  for (const ChainRecord& chain : chains)
+    if (chain.state == ChainState::running && chain.counters.run_seconds > 0)
+      per_second += static_cast<double>(chain.counters.counted) / chain.counters.run_seconds;
+  if (per_second <= 0) return std::nullopt;
+  return 1 / per_second;
+}
+
+/// Why there is nothing to hand out, and what may be expected.
+[[noreturn]] void refuse_play(Api& api, const std::string& id, Repeats repeats) {
   const auto scenario = api.store.scenario(id);
   if (!scenario) throw not_found("scenario", id);
+  const std::vector<ChainRecord> chains = api.runner.chains(id);
   const bool is_looking = scenario->running > 0;
-  const std::vector<std::pair<std::string, std::string>> headers = {{"Retry-After", "1"}};
-  // Only a refused repeat leaves anything in stock.
-  if (!may_repeat && scenario->samples > 0)
-    throw HttpProblem(
-        503, "no-new-samples", "No new samples",
-        std::string("This player has seen all that is in stock; ") +
-            (is_looking ? "a chain is looking for more: try again soon."
-                        : "no chain of this scenario is running: start one, or give low_water."),
-        {}, headers);
-  throw HttpProblem(503, "no-samples-yet", "No samples yet",
-                    is_looking ? "The chains have not found one yet; try again soon."
-                               : "No chain of this scenario is running; start one.",
-                    {}, headers);
+  // Only a refused repeat leaves anything in stock that could be handed out.
+  const bool has_seen_all =
+      repeats == Repeats::refused && std::any_of(chains.begin(), chains.end(), [](const ChainRecord& chain) {
+        return chain.ratios != to_string(Ratios::paper) && chain.counters.samples > 0;
+      });
+  HttpProblem problem =
+      has_seen_all ? HttpProblem(503, "no-new-samples", "No new samples",
+                                 std::string("This player has seen all that is in stock; ") +
+                                     (is_looking ? "a chain is looking for more: try again soon."
+                                                 : "no chain of this scenario is running: start one, or give "
+                                                   "low_water."))
+                   : HttpProblem(503, "no-samples-yet", "No samples yet",
+                                 is_looking ? "The chains have not found one yet; try again soon."
+                                            : "No chain of this scenario is running; start one.");
+  const std::optional<double> eta = eta_of_next(api, *scenario, chains);
+  if (eta) problem.more["eta_seconds"] = *eta;
+  if (json known = odds_json(scenario->odds); !known.is_null()) problem.more["odds"] = std::move(known);
+  if (const json difficulty = difficulty_json(scenario->pilot); !difficulty.is_null())
+    problem.more["verdict"] = difficulty["verdict"];
+  // No longer than it is likely to take, in the whole seconds of the header.
+  const double seconds = std::clamp(std::floor(eta.value_or(1)), 1.0, kLongestRetry);
+  problem.headers = {{"Retry-After", std::to_string(static_cast<int>(seconds))}};
+  throw problem;
+}
+
+/// A place among the plays that wait for an animation, if there is one.
+class Waiting {
+ public:
+  explicit Waiting(std::atomic<std::size_t>& count)
+      : count_(count), has_place_(count_.fetch_add(1) < ServiceLimits::kMostWaiting) {}
+  ~Waiting() { --count_; }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+  bool has_place() const { return has_place_; }
+
+ private:
+  std::atomic<std::size_t>& count_;
+  bool has_place_;
+};
+
+struct PlayWish {
+  std::string scenario;
+  std::string player;  ///< empty: nobody
+  std::string key;     ///< of idempotency; empty: none
+  Repeats repeats = Repeats::allowed;
+  std::uint64_t low_water = 0;
+  std::chrono::milliseconds wait{0};
+};
+
+/// What all plays share.
+struct PlayDesk {
+  std::mutex refilling;
+  std::atomic<std::size_t> waiting{0};
+};
+
+/// Hands out an animation; none when the wait is over, or where there is nothing to wait for.
+std::optional<PlayRecord> hand_out(Api& api, PlayDesk& desk, const PlayWish& wish) {
+  const auto deadline = std::chrono::steady_clock::now() + wish.wait;
+  std::uint64_t version = api.events.version();
+  const auto ask = [&] { return api.store.play(wish.scenario, wish.player, wish.key, wish.repeats); };
+  std::optional<PlayRecord> play = ask();
+  refill(api, desk.refilling, wish.scenario, wish.low_water, play ? play->even_remaining : 0);
+  if (play || wish.wait.count() == 0) return play;
+  const Waiting waiting(desk.waiting);
+  if (!waiting.has_place()) return play;
+  while (!play && std::chrono::steady_clock::now() < deadline) {
+    const auto scenario = api.store.scenario(wish.scenario);
+    if (!scenario || scenario->running == 0) return ask();
+    const std::uint64_t now = api.events.wait_for_scenario(wish.scenario, version, deadline);
+    if (now == version) break;  // the end of the wait, or of the daemon
+    version = now;
+    play = ask();
+  }
+  return play;
 }
 
 }  // namespace
 
 void add_play_routes(HttpServer& server, Api& api) {
-  const auto refilling = std::make_shared<std::mutex>();
-  server.route("POST", "/v1/scenarios/{id}/plays", [&api, refilling](const HttpRequest& request) {
+  const auto desk = std::make_shared<PlayDesk>();
+  server.route("POST", "/v1/scenarios/{id}/plays", [&api, desk](const HttpRequest& request) {
     QueryFields(request).finish();
     BodyFields fields = BodyFields::parse(request.body);
-    const std::string player = fields.text("player", kLongestPlayer).value_or("");
+    PlayWish wish;
+    wish.scenario = request.path_values.at("id");
+    wish.player = fields.text("player", kLongestPlayer).value_or("");
     const auto include = fields.choice("include", {"keyframes"});
-    const bool may_repeat = fields.choice("repeat", {"allow", "refuse"}) != "refuse";
-    const std::uint64_t low_water =
+    if (fields.choice("repeat", {"allow", "refuse"}) == "refuse") wish.repeats = Repeats::refused;
+    wish.low_water =
         fields.integer("low_water", 0, ServiceLimits::kMostLowWater).value_or(api.limits.low_water);
+    wish.wait =
+        std::chrono::milliseconds(fields.integer("wait_ms", 0, ServiceLimits::kLongestWait).value_or(0));
     fields.finish();
-    const auto header = request.headers.find("idempotency-key");
-    const std::string key = header == request.headers.end() ? "" : header->second;
-    if (key.size() > kLongestKey)
+    if (const auto header = request.headers.find("idempotency-key"); header != request.headers.end())
+      wish.key = header->second;
+    if (wish.key.size() > kLongestKey)
       throw HttpProblem(400, "bad-idempotency-key", "The idempotency key is too long",
                         "Idempotency-Key holds at most " + std::to_string(kLongestKey) + " bytes.");
 
-    const std::string& id = request.path_values.at("id");
+    const std::string& id = wish.scenario;
     std::optional<PlayRecord> play;
     try {
-      play = api.store.play(id, player, key, may_repeat ? Repeats::allowed : Repeats::refused);
+      play = hand_out(api, *desk, wish);
     } catch (const IdempotencyConflict&) {
       throw HttpProblem(409, "idempotency-conflict", "The idempotency key was used for another request",
                         "This Idempotency-Key came before with another player.");
     }
-    if (!play) {
-      refill(api, *refilling, id, low_water, 0);
-      refuse_play(api, id, may_repeat);
-    }
-    if (low_water > 0) refill(api, *refilling, id, low_water, play->even_remaining);
+    if (!play) refuse_play(api, id, wish.repeats);
 
     json view = {{"play", play->id},
                  {"sample", sample_json(play->sample)},

@@ -35,9 +35,31 @@ void EventHub::scenario_deleted(std::string_view id, const std::vector<std::stri
   changed_.notify_all();
 }
 
+std::uint64_t EventHub::version() {
+  const std::lock_guard lock(mutex_);
+  return version_;
+}
+
+std::uint64_t EventHub::wait_for_scenario(std::string_view id, std::uint64_t version,
+                                          std::chrono::steady_clock::time_point deadline) {
+  std::unique_lock lock(mutex_);
+  const auto is_after = [&](const Versions& versions) {
+    const auto found = versions.find(id);
+    return found != versions.end() && found->second > version;
+  };
+  changed_.wait_until(lock, deadline, [&] { return closed_ || is_after(scenarios_) || is_after(deleted_); });
+  return version_;
+}
+
+void EventHub::close() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+  changed_.notify_all();
+}
+
 EventHub::Changes EventHub::changes_since(std::uint64_t version, std::chrono::milliseconds wait) {
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, wait, [&] { return version_ > version; });
+  changed_.wait_for(lock, wait, [&] { return closed_ || version_ > version; });
   Changes changes{.version = version_, .chains = {}, .scenarios = {}, .deleted_scenarios = {}};
   const auto collect = [version](const Versions& versions, std::vector<std::string>& into) {
     for (const auto& [id, changed] : versions)

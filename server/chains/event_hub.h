@@ -21,6 +21,14 @@ class EventHub {
   void scenario_changed(std::string_view id);
   void scenario_deleted(std::string_view id, const std::vector<std::string>& chains);
 
+  std::uint64_t version();
+  /// Waits until the scenario changes after `version`, but no longer than until `deadline` or close(). The
+  /// version to be given to the next call.
+  std::uint64_t wait_for_scenario(std::string_view id, std::uint64_t version,
+                                  std::chrono::steady_clock::time_point deadline);
+  /// Nobody waits any more: the end is near.
+  void close();
+
   struct Changes {
     std::uint64_t version = 0;  ///< to be given to the next call
     std::vector<std::string> chains;
@@ -38,6 +46,7 @@ class EventHub {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::uint64_t version_ = 0;
+  bool closed_ = false;
   Versions chains_, scenarios_, deleted_;
 };
 

@@ -126,8 +126,10 @@ std::optional<EffectiveHealth> effective_of(const Health& health, const Counted&
   return effective;
 }
 
-std::optional<double> eta_of(const Scenario& scenario, const std::vector<ChainRecord>& chains,
-                             const std::optional<PilotTally>& pilot) {
+}  // namespace
+
+std::optional<double> eta_of_first_sample(const Scenario& scenario, const std::vector<ChainRecord>& chains,
+                                          const std::optional<PilotTally>& pilot) {
   double tries = 0, per_second = 0;
   const bool is_guided = scenario.target(Ratios::exact)->guide != nullptr;
   for (const ChainRecord& chain : chains) {
@@ -143,8 +145,6 @@ std::optional<double> eta_of(const Scenario& scenario, const std::vector<ChainRe
   tries += static_cast<double>(first.draws);
   return (tries + 1) / (static_cast<double>(first.hits) + 1) / per_second;
 }
-
-}  // namespace
 
 std::uint64_t warm_up_iterations(const ChainRecord& chain) {
   return chain.method == to_string(Method::metropolis) ? chain.counters.iteration / 4 : 0;
@@ -205,7 +205,7 @@ Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chain
                               .proposed = counters.rungs[rung].proposed,
                               .accepted = counters.rungs[rung].accepted});
   }
-  health.eta_seconds = eta_of(scenario, chains, pilot);
+  health.eta_seconds = eta_of_first_sample(scenario, chains, pilot);
   return health;
 }
 

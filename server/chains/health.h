@@ -65,9 +65,7 @@ struct Health {
   std::optional<EffectiveHealth> effective;
   OddsTally odds;                              ///< pooled over the chains
   std::optional<double> first_sample_seconds;  ///< [s] of running, of the chain that was quickest
-  /// [s] at the present speed of the running chains until a first sample, if the wish is as likely as the
-  /// draws of the chains and the pilot let expect, one more hit counted; none once there is a sample, and
-  /// none while a chain runs that its world guides.
+  /// See eta_of_first_sample.
   std::optional<double> eta_seconds;
   std::uint64_t iterations = 0;
   std::uint64_t simulations = 0;
@@ -75,6 +73,12 @@ struct Health {
   double skipped_seconds = 0;    ///< [s] of the world's time
   std::vector<SwapHealth> swaps;
 };
+
+/// [s] at the present speed of the running chains until a first sample, if the wish is as likely as the draws
+/// of the chains and the pilot let expect, one more hit counted; none once there is a sample, and none while
+/// a chain runs that its world guides.
+std::optional<double> eta_of_first_sample(const Scenario& scenario, const std::vector<ChainRecord>& chains,
+                                          const std::optional<PilotTally>& pilot);
 
 /// `draws[i]` are those of `chains[i]`, empty if they were not looked at. Of chains with draws those are
 /// counted whose common length keeps most draws, so that one that has just begun does not cost the others

@@ -384,7 +384,9 @@ void Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
       return;
     }
     const bool behind = live->commit.valid();
-    if (!behind && (run.gathered() >= kSamplesPerCommit || run.awaits_judgement() ||
+    // Somebody may be waiting for the first ones.
+    const bool is_first = run.gathered() > 0 && run.gathered() == run.record().counters.samples;
+    if (!behind && (is_first || run.gathered() >= kSamplesPerCommit || run.awaits_judgement() ||
                     Clock::now() - live->committed_at >= kBetweenCommits))
       hand_over(*live, std::nullopt, "");
   } catch (const std::runtime_error& error) {

@@ -163,10 +163,11 @@ Exit serve(const ServeOptions& options) {
   std::fflush(stdout);
 
   // A first signal ends the daemon in good order. The thread waits for one until the process ends.
-  std::thread([&server, signals] {
+  std::thread([&server, &events, signals] {
     int signal = 0;
     sigwait(&signals, &signal);
     std::fprintf(stderr, "retake: %s, finishing\n", signal == SIGTERM ? "SIGTERM" : "SIGINT");
+    events.close();
     server.stop();
   }).detach();
   server.run();

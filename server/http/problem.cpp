@@ -30,11 +30,13 @@ HttpResponse problem_response(const HttpProblem& problem) {
   HttpResponse response;
   response.status = problem.status;
   response.content_type = "application/problem+json";
-  response.body = serialised({{"type", "/problems/" + problem.type},
-                              {"title", problem.title},
-                              {"status", problem.status},
-                              {"detail", problem.detail},
-                              {"errors", std::move(errors)}});
+  nlohmann::json body = {{"type", "/problems/" + problem.type},
+                         {"title", problem.title},
+                         {"status", problem.status},
+                         {"detail", problem.detail},
+                         {"errors", std::move(errors)}};
+  body.update(problem.more);
+  response.body = serialised(body);
   response.headers = problem.headers;
   return response;
 }

@@ -25,9 +25,10 @@ class HttpProblem : public std::runtime_error {
   std::string detail;
   std::vector<Fault> errors;
   std::vector<std::pair<std::string, std::string>> headers;
+  nlohmann::json more = nlohmann::json::object();  ///< further members, such as when to expect an answer
 };
 
-/// The response of a problem: application/problem+json {"type","title","status","detail","errors"}.
+/// The response of a problem: application/problem+json {"type","title","status","detail","errors",...}.
 HttpResponse problem_response(const HttpProblem& problem);
 
 /// Serialises JSON for a client; invalid UTF-8 is replaced, never thrown.

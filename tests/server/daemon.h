@@ -31,6 +31,13 @@ inline json wish_document(double x, double width, const std::string& title = "Re
   return document;
 }
 
+/// What chance does not find while a test looks.
+inline json vain_document() {
+  json document = wish_document(1, 1e-6, "In vain");
+  document["constraints"][0]["tolerance"] = 1e-12;
+  return document;
+}
+
 /// The elements of an array that may be part of a temporary.
 inline std::vector<json> elements(const json& array) {
   return array.get<std::vector<json>>();

@@ -268,6 +268,14 @@ TEST_F(ApiDocumented, Every_answer_is_documented_and_every_documented_key_is_ans
       daemon.post("/v1/scenarios/" + wish + "/plays", {{"include", "keyframes"}}).json();
   EXPECT_EQ(differences(with_keyframes, "Play"), "");
   EXPECT_EQ(differences(daemon.post("/v1/scenarios", json::object()).json(), "Problem"), "");
+  const std::string vain = daemon.add_scenario(vain_document());
+  daemon.add_chains(vain, json::parse(R"({"method":"rejection"})"));
+  json refused;
+  EXPECT_TRUE(wait_until([&] {
+    refused = daemon.post("/v1/scenarios/" + vain + "/plays", json::object()).json();
+    return refused.contains("eta_seconds") && refused.contains("odds") && refused.contains("verdict");
+  })) << refused;
+  EXPECT_EQ(differences(refused, "Problem"), "");
 
   // Every route as it stands on the page.
   const std::string unwanted = daemon.add_scenario(prior_document("Unwanted"));

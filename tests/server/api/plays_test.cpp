@@ -172,6 +172,96 @@ TEST_F(ApiPlays, A_repeat_can_be_refused) {
   }));
 }
 
+TEST_F(ApiPlays, What_is_refused_says_what_may_be_expected) {
+  const std::string scenario = daemon.add_scenario(vain_document());
+  ASSERT_TRUE(wait_until([&] { return play(scenario, json::object()).json().contains("verdict"); }))
+      << "once the pilot has looked";
+  EXPECT_FALSE(play(scenario, json::object()).json().contains("eta_seconds")) << "nobody is looking";
+  daemon.add_chains(scenario, json::parse(R"({"method":"rejection","stop":{"iterations":30000000}})"));
+  json refused;
+  EXPECT_TRUE(wait_until([&] {
+    refused = play(scenario, json::object()).json();
+    return refused.contains("eta_seconds") && refused.contains("odds");
+  })) << refused;
+  EXPECT_EQ(differences(refused, "Problem"), "");
+  EXPECT_GT(refused["eta_seconds"], 0);
+
+  // Of a player that has seen all: by how fast the chains find what counts.
+  const std::string common = daemon.add_stocked_scenario(prior_document(), 2);
+  daemon.add_chains(common, json::parse(R"({"seed":5,"stop":{"samples":1}})"));
+  const Answer seen_all = play(common, {{"player", "a"}, {"repeat", "refuse"}});
+  EXPECT_TRUE(seen_all.status == 201 || seen_all.status == 503);
+}
+
+TEST_F(ApiPlays, A_play_may_wait_for_a_first_animation) {
+  // Found after a while, by draws of the prior.
+  const std::string scenario = daemon.add_scenario(wish_document(1, 1e-5));
+  const auto took = [&](const json& request) {
+    const auto begin = std::chrono::steady_clock::now();
+    const Answer answer = play(scenario, request);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    return std::pair(answer.status, seconds.count());
+  };
+  // Without a chain there is nothing to wait for.
+  const auto [without, at_once] = took({{"wait_ms", 5000}});
+  EXPECT_EQ(without, 503);
+  EXPECT_LT(at_once, 4);
+  const std::string chain =
+      daemon.add_chains(scenario, json::parse(R"({"method":"rejection","seed":1,"stop":{"samples":1}})"))
+          .at(0);
+  int status = 503;
+  for (int tries = 0; tries < 20 && status == 503; ++tries)
+    status = took({{"wait_ms", 5000}}).first;
+  EXPECT_EQ(status, 201);
+  EXPECT_EQ(daemon.wait_for_end(chain)["samples"], 1);
+  // The end of the only chain ends the wait too.
+  EXPECT_EQ(took({{"player", "a"}, {"wait_ms", 5000}}).first, 201);
+  const std::string vain = daemon.add_scenario(vain_document());
+  const std::string runs = daemon.add_chains(vain, json::parse(R"({"method":"rejection"})")).at(0);
+  std::thread stopper([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    daemon.post("/v1/chains/" + runs + "/stop");
+  });
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(play(vain, {{"wait_ms", 5000}}).status, 503);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(4500));
+  stopper.join();
+}
+
+TEST_F(ApiPlays, Waiting_is_bounded_and_ends_with_the_daemon) {
+  const std::string scenario = daemon.add_scenario(vain_document());
+  daemon.add_chains(scenario, json::parse(R"({"method":"rejection"})"));
+  std::atomic<int> at_once{0}, refused{0};
+  std::vector<std::thread> clients;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int client = 0; client < 24; ++client)
+    clients.emplace_back([&] {
+      const Answer answer = play(scenario, {{"wait_ms", 5000}});
+      refused += answer.status == 503;
+      at_once += std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(3000);
+    });
+  // Others are served meanwhile.
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  EXPECT_EQ(daemon.get("/v1/scenarios/" + scenario).status, 200);
+  for (std::thread& client : clients)
+    client.join();
+  EXPECT_EQ(refused, 24);
+  EXPECT_EQ(at_once, 8) << "sixteen wait";
+
+  std::thread client([&] {
+    try {
+      play(scenario, {{"wait_ms", 5000}});
+    } catch (const std::exception&) {
+      // The daemon may cut the connection as it ends.
+    }
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const auto end = std::chrono::steady_clock::now();
+  EXPECT_EQ(daemon.terminate(), 0);
+  EXPECT_LT(std::chrono::steady_clock::now() - end, std::chrono::seconds(4));
+  client.join();
+}
+
 TEST_F(ApiPlays, Low_stock_starts_a_chain_again_only_if_asked_for) {
   const std::string scenario = daemon.add_stocked_scenario(prior_document(), 6);
   const auto chains = [&] {
