@@ -116,7 +116,9 @@ void CommandLine::add_sample() {
   SampleOptions& options = sample_options;
   auto* command = app.add_subcommand("sample", "Sample a scenario without a server");
   command->add_option("scenario", options.scenario, "Scenario document, - for standard input")->required();
-  command->add_option("--count", options.count, "Samples to find; 10 if --ess is absent too")
+  command
+      ->add_option("--count", options.count,
+                   "Samples to find that count, so none of learning; 10 if --ess is absent too")
       ->check(CLI::Range(std::uint64_t{1}, kLargestSeed));
   command
       ->add_option("--ess", options.ess,
@@ -259,7 +261,9 @@ int run_command_line(int count, char** arguments) {
     for (const Fault& each : fault.faults())
       std::fprintf(stderr, "retake: %s: %s\n", each.pointer.empty() ? "document" : each.pointer.c_str(),
                    each.detail.c_str());
-    return static_cast<int>(Exit::failed);
+    return static_cast<int>(fault.malformed() ? Exit::malformed : Exit::impossible);
+  } catch (const OutputError& fault) {
+    return report(fault.what(), Exit::unwritable);
   } catch (const std::exception& fault) {
     return report(fault.what(), Exit::failed);
   }

@@ -14,10 +14,27 @@
 namespace retake {
 
 /// Exit codes of the program.
-enum class Exit : int { done = 0, failed = 1, usage = 2, configuration = 3, store = 4, listen_address = 5 };
+enum class Exit : int {
+  done = 0,
+  failed = 1,
+  usage = 2,
+  configuration = 3,
+  store = 4,
+  listen_address = 5,
+  gave_up = 6,     ///< a limit came before what was asked for
+  malformed = 7,   ///< the document cannot be read
+  impossible = 8,  ///< the document says something that is not possible
+  unwritable = 9,  ///< what was found cannot be written
+};
 
 /// What is configured cannot work: one line for the operator.
 class ConfigurationError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// What was found cannot be written where it shall go.
+class OutputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
@@ -37,7 +54,7 @@ Exit serve(const ServeOptions& options);
 
 struct SampleOptions {
   std::string scenario;                ///< file, "-" for standard input
-  std::optional<std::uint64_t> count;  ///< 10 unless something else ends the chain by success
+  std::optional<std::uint64_t> count;  ///< that count; 10 unless something else ends the chain by success
   std::optional<std::uint64_t> ess;    ///< effective samples
   std::optional<std::uint64_t> seed;
   std::uint32_t index = 0;

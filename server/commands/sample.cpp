@@ -45,19 +45,19 @@ ChainRecord chain_record(const SampleOptions& options, const Scenario& scenario)
     throw ConfigurationError("--method must be one of " + list_of_names(method_names()));
   if (!ratios_from(record.ratios))
     throw ConfigurationError("--ratios must be one of " + list_of_names(ratios_names()));
-  record.stop = {.samples = options.count,
+  record.stop = {.counted = options.count,
                  .iterations = options.iterations,
                  .seconds = options.seconds,
                  .ess = options.ess};
-  if (!options.count && !options.ess) record.stop.samples = kDefaultCount;
+  if (!options.count && !options.ess) record.stop.counted = kDefaultCount;
   return record;
 }
 
 /// "10 samples", "samples until 50 are effective" or both.
 std::string wanted_text(const StopRule& stop) {
-  std::string text = stop.samples ? std::to_string(*stop.samples) + " samples" : "samples";
+  std::string text = stop.counted ? std::to_string(*stop.counted) + " samples" : "samples";
   if (stop.ess)
-    text += (stop.samples ? ", or until " : " until ") + std::to_string(*stop.ess) + " are effective";
+    text += (stop.counted ? ", or until " : " until ") + std::to_string(*stop.ess) + " are effective";
   return text;
 }
 
@@ -65,7 +65,13 @@ void write_file(const std::filesystem::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
   file << text << '\n';
   file.close();
-  if (!file) throw std::runtime_error("cannot write " + path.string());
+  if (!file) throw OutputError("cannot write " + path.string());
+}
+
+/// Prints a line that whoever reads along has at once.
+void print_line(const std::string& line) {
+  std::cout << line << std::endl;
+  if (!std::cout) throw OutputError("cannot write to standard output");
 }
 
 /// The samples of a chain in order, each once its weight is known: the one on which a walker still stands may
@@ -105,19 +111,22 @@ Exit sample(const SampleOptions& options) {
   const auto performer = scenario->make_performer();
   ChainRun run(scenario, chain_record(options, *scenario), {});
   const Format& format = formats().front();
-  if (!options.out.empty()) std::filesystem::create_directories(options.out);
+  if (!options.out.empty()) {
+    std::error_code fault;
+    std::filesystem::create_directories(options.out, fault);
+    if (fault) throw OutputError("cannot make the folder " + options.out + ": " + fault.message());
+  }
   const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
 
   const std::string wanted = wanted_text(run.record().stop);
-  GatheredDraws gathered;  // only if the chain is judged by them
-  std::uint64_t found = 0;
+  GatheredDraws gathered;                    // only if the chain is judged by them
   std::map<std::string, std::string> files;  // by sample, until its line is written
   WeighedSamples lines([&](const SampleRecord& record) {
     json view = sample_json(record);
     for (const char* stored_only : {"created_at", "plays"})
       view.erase(stored_only);
     if (const auto file = files.extract(record.id)) view["file"] = file.mapped();
-    std::cout << view.dump() << '\n';
+    print_line(view.dump());
   });
   while (run.ended_by().empty()) {
     run.step_for(*performer, kBetweenReports, 256);
@@ -129,7 +138,6 @@ Exit sample(const SampleOptions& options) {
             return gathered.draws(most, from_iteration);
           }));
     for (const NewSample& each : progress.samples) {
-      ++found;
       std::string file;
       if (!options.out.empty()) {
         const std::filesystem::path path =
@@ -142,14 +150,14 @@ Exit sample(const SampleOptions& options) {
         if (options.json) files[each.record.id] = file;
       }
       if (!options.json && (!terminal || !options.out.empty()))
-        std::cout << each.record.id << "  " << each.record.digest << (file.empty() ? "" : "  " + file)
-                  << '\n';
+        print_line(each.record.id + "  " + each.record.digest + (file.empty() ? "" : "  " + file) +
+                   (each.record.weight == 0 ? "  learning" : ""));
     }
     if (options.json) lines.add(progress);
     const ChainCounters& counters = run.record().counters;
     if (terminal)
       std::fprintf(stderr, "\r%llu of %s, %llu iterations, %.0f a second ",
-                   static_cast<unsigned long long>(found), wanted.c_str(),
+                   static_cast<unsigned long long>(counters.counted), wanted.c_str(),
                    static_cast<unsigned long long>(counters.iteration), counters.iterations_per_second);
   }
   if (terminal) std::fputc('\n', stderr);
@@ -160,13 +168,15 @@ Exit sample(const SampleOptions& options) {
     record.ended_by = run.ended_by();
     json chain = chain_json(record, scenario.get());
     chain.erase("created_at");
-    std::cout << json({{"chain", std::move(chain)}, {"ended_by", run.ended_by()}}).dump() << '\n';
+    print_line(json({{"chain", std::move(chain)},
+                     {"ended_by", run.ended_by()},
+                     {"odds", odds_json(record.counters.odds)}})
+                   .dump());
   }
-  std::cout.flush();
-  if (run.ended_by() == "samples" || run.ended_by() == "ess") return Exit::done;
-  std::fprintf(stderr, "retake: gave up with %llu of %s\n", static_cast<unsigned long long>(found),
-               wanted.c_str());
-  return Exit::failed;
+  if (run.ended_by() == "counted" || run.ended_by() == "ess") return Exit::done;
+  std::fprintf(stderr, "retake: gave up with %llu of %s\n",
+               static_cast<unsigned long long>(run.record().counters.counted), wanted.c_str());
+  return Exit::gave_up;
 }
 
 }  // namespace retake

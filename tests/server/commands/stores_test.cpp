@@ -37,7 +37,8 @@ TEST_F(SampleCommand, It_writes_whole_keyframe_documents_and_a_line_for_each) {
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   const std::vector<json> told = lines(ended.out);
   ASSERT_EQ(told.size(), 5);
-  EXPECT_EQ(told.back()["ended_by"], "samples");
+  EXPECT_EQ(told.back()["ended_by"], "counted");
+  EXPECT_EQ(differences(told.back()["odds"], "Odds"), "");
   EXPECT_EQ(differences(told.back()["chain"], "Chain"), "/created_at is missing\n") << "nobody stored it";
   EXPECT_EQ(told.back()["chain"]["state"], "finished");
   std::set<std::string> files;
@@ -95,37 +96,52 @@ TEST_F(SampleCommand, A_line_says_what_its_sample_weighs_in_the_end) {
   EXPECT_EQ(told[39]["weight"], 1) << "the chain ended where it was found";
 }
 
+TEST_F(SampleCommand, What_it_finds_while_learning_is_told_and_not_counted) {
+  write_text(folder / "rare.json", wish_document(1, 0.01).dump());
+  const std::vector<json> told = lines(
+      run({"sample", "rare.json", "--count", "5", "--seed", "5", "--method", "conditional", "--json"}).out);
+  std::size_t learning = 0, counted = 0;
+  for (std::size_t i = 0; i + 1 < told.size(); ++i) {
+    EXPECT_EQ(told[i]["learning"], told[i]["weight"] == 0);
+    (told[i]["learning"] == true ? learning : counted) += 1;
+  }
+  EXPECT_GT(learning, 20);
+  EXPECT_EQ(counted, 5);
+  EXPECT_EQ(told.back()["chain"]["counted"], 5);
+  EXPECT_EQ(told.back()["ended_by"], "counted");
+}
+
 TEST_F(SampleCommand, It_reads_standard_input) {
   const Ended ended = run({"sample", "-", "--count", "1", "--json"}, wish_document(1, 0.1).dump());
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_EQ(lines(ended.out).size(), 2);
 }
 
-TEST_F(SampleCommand, It_gives_up_with_1_and_says_how_far_it_came) {
+TEST_F(SampleCommand, It_gives_up_with_6_and_says_how_far_it_came) {
   write_text(folder / "never.json", wish_document(900, 0.001).dump());
   const Ended ended = run({"sample", "never.json", "--count", "5", "--iterations", "1000", "--seed", "1"});
-  EXPECT_EQ(ended.exit_code, 1);
+  EXPECT_EQ(ended.exit_code, 6);
   EXPECT_NE(ended.err.find("0 of 5"), std::string::npos) << ended.err;
-  EXPECT_EQ(run({"sample", "never.json", "--seconds", "0.05"}).exit_code, 1);
+  EXPECT_EQ(run({"sample", "never.json", "--seconds", "0.05"}).exit_code, 6);
 }
 
-TEST_F(SampleCommand, A_bad_scenario_is_refused_with_every_fault_and_1) {
+TEST_F(SampleCommand, A_bad_scenario_is_refused_with_every_fault_and_a_code_of_its_own) {
   write_text(folder / "bad.json",
              R"({"world":"ball2d","title":"","model":{"mass":1},"constraints":[{"kind":"pins"}]})");
   const Ended ended = run({"sample", "bad.json"});
-  EXPECT_EQ(ended.exit_code, 1);
+  EXPECT_EQ(ended.exit_code, 8);
   for (const char* pointer : {"/title", "/model/mass", "/constraints/0/kind"})
     EXPECT_NE(ended.err.find(pointer), std::string::npos) << pointer << "\n" << ended.err;
   write_text(folder / "broken.json", "{");
-  EXPECT_EQ(run({"sample", "broken.json"}).exit_code, 1);
+  EXPECT_EQ(run({"sample", "broken.json"}).exit_code, 7);
   EXPECT_EQ(run({"sample", "missing.json"}).exit_code, 1);
 }
 
-TEST_F(SampleCommand, A_folder_that_cannot_be_written_to_ends_with_1) {
+TEST_F(SampleCommand, What_cannot_be_written_ends_with_9) {
   write_text(folder / "file", "");
   const Ended ended = run({"sample", "wish.json", "--count", "1", "--out", "file/below"});
-  EXPECT_EQ(ended.exit_code, 1);
-  EXPECT_FALSE(ended.err.empty());
+  EXPECT_EQ(ended.exit_code, 9);
+  EXPECT_NE(ended.err.find("file/below"), std::string::npos) << ended.err;
 }
 
 class StoreCommands : public DaemonTest {
