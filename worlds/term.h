@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -42,6 +43,8 @@ class Term {
     (void)so_far;
     return 0;
   }
+  /// Pairs of movers that have to meet, by their names: who keeps them apart does not serve this term.
+  virtual std::vector<std::pair<std::string, std::string>> meetings() const { return {}; }
   /// Bodies without a track that show a viewer what is wished, such as a mark on the table of `shown`, a
   /// recorded animation.
   virtual std::vector<Body> markers(const Animation& shown) const {

@@ -55,7 +55,8 @@ class Scene {
   /// The few Variables on which it depends whether a wish comes true, for chains that learn; see
   /// Target::learned.
   virtual std::vector<Coordinate> learned() const { return {}; }
-  /// How `conditional` chains come to what these terms wish, where the world knows; see Target::guide.
+  /// How `conditional` chains come to what these terms wish, where the world knows; see Target::guide. Null
+  /// where a term wishes what the guide keeps from happening, and where placed() serves.
   virtual std::shared_ptr<const Guide> guide(const Terms& wishes) const {
     (void)wishes;
     return nullptr;

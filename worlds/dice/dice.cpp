@@ -8,6 +8,7 @@
 #include "worlds/dice/dice_model.h"
 #include "worlds/dice/end_wish.h"
 #include "worlds/dice/moves.h"
+#include "worlds/dice/painting.h"
 #include "worlds/dice/symmetry.h"
 #include "worlds/dice/throw.h"
 #include "worlds/dice/total.h"
@@ -207,15 +208,18 @@ class DiceScene final : public Scene {
     return coordinates;
   }
   std::shared_ptr<const PlacedRedraw> placed(const Terms& wishes) const override {
-    const EndWish wish = end_wishes(wishes, dice()).front();
-    if (!can_be_placed() || !wish.is_wish()) return nullptr;
-    return std::make_shared<const Symmetry>(model_, wish, end_measures(dice()));
+    const std::vector<EndWish> of_dice = end_wishes(wishes, dice());
+    if (can_be_placed() && of_dice.front().is_wish())
+      return std::make_shared<const Symmetry>(model_, of_dice.front(), end_measures(dice()));
+    FaceWish faces{.sum = total_wish(wishes)};
+    for (const EndWish& wish : of_dice)
+      faces.faces.push_back(wish.face);
+    if (!model_->settings().random_paint || !faces.is_wish() || is_guided(of_dice, wishes)) return nullptr;
+    return std::make_shared<const Painting>(model_, std::move(faces), end_measures(dice()));
   }
   std::shared_ptr<const Guide> guide(const Terms& wishes) const override {
     std::vector<EndWish> of_dice = end_wishes(wishes, dice());
-    const bool is_any =
-        std::any_of(of_dice.begin(), of_dice.end(), [](const EndWish& wish) { return wish.is_wish(); });
-    if (can_be_placed() || !is_any) return nullptr;
+    if (!is_guided(of_dice, wishes)) return nullptr;
     return make_dice_guide(model_, engine_, std::move(of_dice), end_measures(dice()));
   }
   std::vector<Measure> measures() const override { return throw_measures(model_->settings().dice); }
@@ -225,6 +229,19 @@ class DiceScene final : public Scene {
   std::size_t dice() const { return model_->settings().dice; }
   /// One die on a grid of random pose can be put anywhere.
   bool can_be_placed() const { return dice() == 1 && model_->settings().pose == GridPose::random; }
+  /// Whether dice are brought to their ends one by one. The guide keeps them apart until they are there, so
+  /// it does not serve wishes by which they have to meet; and faces that paint gives, or that few dice show
+  /// by chance, need none.
+  bool is_guided(const std::vector<EndWish>& of_dice, const Terms& wishes) const {
+    constexpr std::ptrdiff_t kFacesByChance = 3;  // one throw in 216
+    const auto have = [&](auto what) { return std::count_if(of_dice.begin(), of_dice.end(), what); };
+    const bool has_place = have([](const EndWish& wish) { return wish.place.has_value(); }) > 0;
+    const auto faces = have([](const EndWish& wish) { return wish.face.has_value(); });
+    const bool needs_guide = has_place || (!model_->settings().random_paint && faces > kFacesByChance);
+    const bool shall_meet =
+        std::any_of(wishes.begin(), wishes.end(), [](const auto& term) { return !term->meetings().empty(); });
+    return !can_be_placed() && needs_guide && !shall_meet;
+  }
 
   EngineSettings engine_;
   DieShape shape_;

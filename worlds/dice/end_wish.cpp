@@ -6,6 +6,7 @@
 
 #include "sampler/check.h"
 #include "worlds/dice/throw.h"
+#include "worlds/dice/total.h"
 #include "worlds/dice/view.h"
 #include "worlds/terms/face_up.h"
 #include "worlds/terms/rest_position.h"
@@ -32,6 +33,12 @@ std::vector<EndWish> end_wishes(const Terms& wishes, std::size_t dice) {
     }
   }
   return all;
+}
+
+std::optional<int> total_wish(const Terms& wishes) {
+  for (const auto& term : wishes)
+    if (const auto sum = total_of(*term)) return sum;
+  return std::nullopt;
 }
 
 EndMeasures end_measures(std::size_t dice) {

@@ -23,6 +23,9 @@ struct EndWish {
 /// Of each die the first wish of each kind; the others are weighed by their terms alone.
 std::vector<EndWish> end_wishes(const Terms& wishes, std::size_t dice);
 
+/// The first sum that is wished of all dice together.
+std::optional<int> total_wish(const Terms& wishes);
+
 /// Of which measures of a Score it reads where a throw of so many dice ended: those of the first die; those
 /// of the others follow each.
 struct EndMeasures {

@@ -37,6 +37,7 @@ class Total final : public Term {
     return {.log_density = -log_lambda_ * miss, .satisfied = miss == 0};
   }
   double least_when_satisfied() const override { return 0; }
+  int sum() const { return sum_; }
 
  private:
   int sum_;
@@ -44,6 +45,11 @@ class Total final : public Term {
 };
 
 }  // namespace
+
+std::optional<int> total_of(const Term& term) {
+  const auto* total = dynamic_cast<const Total*>(&term);
+  return total ? std::optional(total->sum()) : std::nullopt;
+}
 
 TermKind total_term() {
   return {

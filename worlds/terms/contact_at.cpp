@@ -20,6 +20,7 @@ struct Contacts {
   std::vector<double> times(const Animation& animation) const {
     return contact_times(animation, body, with, least_impulse);
   }
+  std::vector<std::pair<std::string, std::string>> meetings() const { return meeting(body, with); }
 };
 
 std::vector<Measure> contact_measures(std::string miss) {
@@ -67,6 +68,8 @@ class ContactsAtTimes final : public Term {
     return static_cast<double>(times_.size()) * log_gaussian(contacts_.tolerance, contacts_.sd);
   }
 
+  std::vector<std::pair<std::string, std::string>> meetings() const override { return contacts_.meetings(); }
+
   /// What is to come is later than what is known.
   double upper_bound(const Animation& so_far) const override {
     if (so_far.frames == 0) return 0;
@@ -110,6 +113,11 @@ class ContactsOnBeat final : public Term {
       log_density += log_gaussian(beat_.period / 2, contacts_.sd);
     return {.log_density = log_density,
             .satisfied = contacts.size() >= beat_.fewest && misses.worst <= contacts_.tolerance};
+  }
+
+  std::vector<std::pair<std::string, std::string>> meetings() const override {
+    if (beat_.fewest == 0) return {};
+    return contacts_.meetings();
   }
 
   /// Those that happened stay.

@@ -42,8 +42,9 @@ double FaceUp::upper_bound(const Animation& so_far) const {
 
 namespace {
 
-std::unique_ptr<const Term> make_face_up(const Setting& setting, const Parameters& term, const Parameters& model,
-                                 std::string_view pointer, std::vector<Fault>& faults) {
+std::unique_ptr<const Term> make_face_up(const Setting& setting, const Parameters& term,
+                                         const Parameters& model, std::string_view pointer,
+                                         std::vector<Fault>& faults) {
   const std::string place = append_pointer(pointer, "body");
   const Roster roster = setting.roster(model);
   const Roster::Mover* body = find_mover(roster, term.text("body"), place, faults);

@@ -125,8 +125,9 @@ std::shared_ptr<const ParameterTable> box_fields() {
                              corner("high", "The corner with the greatest x, y and z")});
 }
 
-std::unique_ptr<const Term> make_inside(const Setting& setting, const Parameters& term, const Parameters& model,
-                                 std::string_view pointer, std::vector<Fault>& faults) {
+std::unique_ptr<const Term> make_inside(const Setting& setting, const Parameters& term,
+                                        const Parameters& model, std::string_view pointer,
+                                        std::vector<Fault>& faults) {
   find_mover(setting.roster(model), term.text("body"), append_pointer(pointer, "body"), faults);
   const std::vector<double> low = term.object("box").number_list("low"),
                             high = term.object("box").number_list("high");

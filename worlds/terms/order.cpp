@@ -61,6 +61,14 @@ class Order final : public Term {
   }
 
   double least_when_satisfied() const override { return 0; }
+  std::vector<std::pair<std::string, std::string>> meetings() const override {
+    std::vector<std::pair<std::string, std::string>> all;
+    for (const Event& event : events_)
+      if (event.kind == Event::Kind::contact)
+        for (auto& pair : meeting(event.one, event.other))
+          all.push_back(std::move(pair));
+    return all;
+  }
 
   /// What happened stays; what has not, though it would be known, comes later.
   double upper_bound(const Animation& so_far) const override {
@@ -127,8 +135,9 @@ Event read_event(const Roster& roster, const Parameters& given, const std::strin
   return event;
 }
 
-std::unique_ptr<const Term> make_order(const Setting& setting, const Parameters& term, const Parameters& model,
-                                 std::string_view pointer, std::vector<Fault>& faults) {
+std::unique_ptr<const Term> make_order(const Setting& setting, const Parameters& term,
+                                       const Parameters& model, std::string_view pointer,
+                                       std::vector<Fault>& faults) {
   const Roster roster = setting.roster(model);
   const std::string list = append_pointer(pointer, "events");
   std::vector<Event> events;

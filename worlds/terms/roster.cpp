@@ -72,6 +72,11 @@ Partner::Here Partner::in(const Animation& animation) const {
   return here;
 }
 
+std::vector<std::pair<std::string, std::string>> meeting(const Partner& one, const Partner& other) {
+  if (one.mover().empty() || other.mover().empty()) return {};
+  return {{one.mover(), other.mover()}};
+}
+
 std::vector<double> contact_times(const Animation& animation, const Partner& body, const Partner& with,
                                   double least_impulse) {
   const Partner::Here one = body.in(animation), other = with.in(animation);

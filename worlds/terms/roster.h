@@ -41,11 +41,16 @@ class Partner {
     std::optional<std::size_t> body_{};
   };
   Here in(const Animation& animation) const;
+  /// The name of a mover; empty if it is none, or any body.
+  const std::string& mover() const { return mover_; }
 
  private:
   std::string mover_{};                 ///< empty if it is none
   std::optional<std::size_t> still_{};  ///< which of Roster::still; neither: any body
 };
+
+/// The two as Term::meetings() names them; none unless both are movers.
+std::vector<std::pair<std::string, std::string>> meeting(const Partner& one, const Partner& other);
 
 /// When a body touches another one [s], in order of time: the contacts so far that are not softer than an
 /// impulse [N s].

@@ -107,8 +107,9 @@ std::optional<Aim> read_aim(const Parameters& term, const std::string& name, dou
   return Aim{.value = {given[0], given[1], given[2]}, .sd = sd, .tolerance = tolerance};
 }
 
-std::unique_ptr<const Term> make_state_at(const Setting& setting, const Parameters& term, const Parameters& model,
-                                 std::string_view pointer, std::vector<Fault>& faults) {
+std::unique_ptr<const Term> make_state_at(const Setting& setting, const Parameters& term,
+                                          const Parameters& model, std::string_view pointer,
+                                          std::vector<Fault>& faults) {
   const std::size_t faults_before = faults.size();
   find_mover(setting.roster(model), term.text("body"), append_pointer(pointer, "body"), faults);
   auto position = read_aim(term, "position", term.number("sd"), term.number("tolerance"), pointer, faults);
