@@ -75,7 +75,8 @@ void bench_server_path(double seconds, int rounds) {
     Runner runner(store, library, events, {.threads = 1, .most_samples_per_scenario = 100'000'000});
     const ScenarioRecord record = new_scenario_record(*scenario);
     store.add_scenario(record);
-    const std::string chain = start_default_chains(runner, *scenario, record.id, 1, {}).front().id;
+    ChainStarter starter(store, runner);
+    const std::string chain = starter.start(record.id, default_wish(*scenario), 1).chains.front().id;
     runner.pause(chain);
 
     Rate bare, served;

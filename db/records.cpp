@@ -1,4 +1,4 @@
-// Names of chain states, the ids of samples, pooled odds.
+// Names of chain states, the ids of samples.
 // Realises doc/design.md, section 5.
 #include "db/records.h"
 
@@ -31,14 +31,6 @@ ChainState chain_state(std::string_view name) {
     if (candidate == name) return state;
   }
   throw std::logic_error("not a chain state: " + std::string(name));
-}
-
-void pool(OddsTally& pooled, const OddsTally& tally) {
-  if (tally.basis > pooled.basis) {
-    pooled = tally;
-  } else if (tally.basis == pooled.basis) {
-    pooled.add(tally);
-  }
 }
 
 std::string sample_id(std::string_view chain, std::uint64_t iteration, std::uint32_t replica) {

@@ -43,10 +43,6 @@ struct AddedScenario {
   bool created;  ///< false: the same document was there already
 };
 
-/// Adds a tally to a pool, which keeps the best basis alone: one of a better basis takes its place, one of a
-/// worse basis is left out.
-void pool(OddsTally& pooled, const OddsTally& tally);
-
 enum class ChainState { queued, running, paused, finished, failed };
 std::string_view to_string(ChainState state);
 /// Requires: one of the names that to_string gives.

@@ -1,6 +1,7 @@
 // Odds: how likely the prior is to satisfy the constraint, from weighted independent draws, with an interval.
-// doc/design.md, section 3, "Odds". Interval: Fay & Feuer, "Confidence intervals for directly standardized
-// rates", Statistics in Medicine 16 (1997) 791-801. It must not know where the draws came from.
+// doc/design.md, section 3, "Odds". Intervals: Fay & Feuer, "Confidence intervals for directly standardized
+// rates", Statistics in Medicine 16 (1997) 791-801; where weights are equal, Clopper & Pearson, Biometrika 26
+// (1934) 404-413. It must not know where the draws came from.
 #pragma once
 
 #include <algorithm>
@@ -44,6 +45,17 @@ struct OddsTally {
     squares += other.squares;
     largest = std::max(largest, other.largest);
   }
+};
+
+/// Tallies of independent draws of whatever bases. Those of a basis add up; of draws of the prior and learned
+/// ones those with more hits are told. A ladder is told where there is nothing else.
+class OddsPool {
+ public:
+  void add(const OddsTally& tally);
+  OddsTally tally() const;
+
+ private:
+  OddsTally ladder_, rejection_, learned_;
 };
 
 /// P(satisfied) with its 95 % interval; without a hit the probability is 0 and `high` says what is excluded.

@@ -42,8 +42,10 @@ ScenarioRecord read_scenario(Connection& connection, std::int64_t row, Query& qu
   Query tallies(connection,
                 "SELECT " ODDS_COLUMNS " FROM chain INDEXED BY chain_by_scenario WHERE chain.scenario = ?",
                 row);
+  OddsPool pool;
   while (tallies.next())
-    pool(record.odds, read_odds(tallies));
+    pool.add(read_odds(tallies));
+  record.odds = pool.tally();
   return record;
 }
 

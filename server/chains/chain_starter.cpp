@@ -14,7 +14,7 @@ ChainStarter::Started ChainStarter::start(std::string_view scenario, const Chain
   check_lesson(scenario, wish);
   const std::uint64_t seed = wish.seed ? *wish.seed : random_seed();
   Started started;
-  std::vector<ChainRecord> fresh;
+  std::vector<ChainRecord> fresh, there;
   std::vector<std::uint64_t> taken;
   for (std::uint32_t index = 0; index < wish.count; ++index) {
     ChainRecord record;
@@ -24,8 +24,9 @@ ChainStarter::Started ChainStarter::start(std::string_view scenario, const Chain
     record.method = wish.method;
     record.ratios = wish.ratios;
     if (wish.seed) {
-      if (auto there = store_.same_chain(record, wish.lesson)) {
-        started.chains.push_back(std::move(*there));
+      if (auto same = store_.same_chain(record, wish.lesson)) {
+        started.chains.push_back(*same);
+        there.push_back(std::move(*same));
         continue;
       }
     }
@@ -39,7 +40,11 @@ ChainStarter::Started ChainStarter::start(std::string_view scenario, const Chain
     fresh.push_back(std::move(record));
   }
   started.created = fresh.size();
-  if (runner_.counters().live_chains + fresh.size() > most_live)
+  const auto to_go_on = std::ranges::count_if(there, [&](const ChainRecord& record) {
+    const bool is_live = record.state == ChainState::queued || record.state == ChainState::running;
+    return !is_live && Runner::may_go_on(record, wish.stop);
+  });
+  if (runner_.counters().live_chains + fresh.size() + static_cast<std::size_t>(to_go_on) > most_live)
     throw TooManyChains("more than " + std::to_string(most_live) + " chains would run");
 
   runner_.add(fresh);

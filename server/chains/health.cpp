@@ -187,9 +187,10 @@ Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chain
   health.effective = effective_of(health, counted);
 
   // Odds, time and swaps, over every chain.
+  OddsPool pool;
   for (const ChainRecord& chain : chains) {
     const ChainCounters& counters = chain.counters;
-    pool(health.odds, counters.odds);
+    pool.add(counters.odds);
     if (counters.first_sample_seconds)
       health.first_sample_seconds =
           std::min(*counters.first_sample_seconds,
@@ -205,6 +206,7 @@ Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chain
                               .proposed = counters.rungs[rung].proposed,
                               .accepted = counters.rungs[rung].accepted});
   }
+  health.odds = pool.tally();
   health.eta_seconds = eta_of_first_sample(scenario, chains, pilot);
   return health;
 }

@@ -32,19 +32,6 @@ bool allows_more(const StopRule& rule, const StopRule& other) {
   return more && !less;
 }
 
-/// Whether a chain would go on by this rule.
-bool may_go_on(const ChainRecord& record, const StopRule& stop) {
-  const ChainCounters& counters = record.counters;
-  const bool is_before =
-      limit_reached(stop, counters, counters).empty() &&
-      !(stop.ess && counters.effective_samples.value_or(0) >= static_cast<double>(*stop.ess));
-  if (record.state == ChainState::finished)
-    return record.ended_by != kEndedByVersion && record.ended_by != "stock" && is_before;
-  if (record.state == ChainState::queued || record.state == ChainState::running)
-    return allows_more(stop, record.stop);
-  return is_before;
-}
-
 }  // namespace
 
 Runner::Runner(Store& store, ScenarioLibrary& library, EventHub& events, Settings settings)
@@ -238,6 +225,18 @@ std::optional<ChainRecord> Runner::resume(std::string_view id) {
     record = chain(id);
   }
   return record;
+}
+
+bool Runner::may_go_on(const ChainRecord& record, const StopRule& stop) {
+  const ChainCounters& counters = record.counters;
+  const bool is_before =
+      limit_reached(stop, counters, counters).empty() &&
+      !(stop.ess && counters.effective_samples.value_or(0) >= static_cast<double>(*stop.ess));
+  if (record.state == ChainState::finished)
+    return record.ended_by != kEndedByVersion && record.ended_by != "stock" && is_before;
+  if (record.state == ChainState::queued || record.state == ChainState::running)
+    return allows_more(stop, record.stop);
+  return is_before;
 }
 
 std::optional<ChainRecord> Runner::go_on(std::string_view id, const StopRule& stop) {

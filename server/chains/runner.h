@@ -61,6 +61,8 @@ class Runner {
   /// Lets it run, paused, failed or finished as it may be, if `stop` lies farther than where it stands; that
   /// is then its stop rule. One that runs keeps its own, unless this one allows more in every respect.
   std::optional<ChainRecord> go_on(std::string_view id, const StopRule& stop);
+  /// Whether go_on() would change anything.
+  static bool may_go_on(const ChainRecord& record, const StopRule& stop);
 
   /// A chain as the store has it, but with a failure that the store could not take yet.
   std::optional<ChainRecord> chain(std::string_view id) const;

@@ -49,7 +49,7 @@ TEST_P(StoreScenarios, a_pilot_is_kept_and_those_without_are_listed) {
   EXPECT_EQ(store.scenarios_without_pilot(), (std::vector<std::string>{"c"}));
 }
 
-TEST_P(StoreScenarios, the_odds_of_the_best_basis_are_added_up) {
+TEST_P(StoreScenarios, the_odds_of_all_its_chains_are_pooled) {
   store.add_scenario(make_scenario("s"));
   store.add_scenario(make_scenario("other"));
   EXPECT_EQ(store.scenario("s")->odds.basis, OddsBasis::none);
@@ -69,14 +69,14 @@ TEST_P(StoreScenarios, the_odds_of_the_best_basis_are_added_up) {
   EXPECT_EQ(odds.draws, 1500u);
   EXPECT_EQ(odds.hits, 5u);
   EXPECT_EQ(odds.sum, 5);
-  add("learned", "s", {OddsBasis::learned, 40, 4, 0.5, 0.125, 0.25});
-  add("learned2", "s", {OddsBasis::learned, 60, 2, 0.5, 0.25, 0.5});
+  add("learned", "s", {OddsBasis::learned, 40, 40, 4, 0.5, 0.25});
+  add("learned2", "s", {OddsBasis::learned, 60, 20, 4, 1, 0.5});
   odds = store.scenarios(2, "").records[1].odds;
   EXPECT_EQ(odds.basis, OddsBasis::learned);
   EXPECT_EQ(odds.draws, 100u);
-  EXPECT_EQ(odds.hits, 6u);
-  EXPECT_EQ(odds.sum, 1);
-  EXPECT_EQ(odds.squares, 0.375);
+  EXPECT_EQ(odds.hits, 60u);
+  EXPECT_EQ(odds.sum, 8);
+  EXPECT_EQ(odds.squares, 1.5);
   EXPECT_EQ(odds.largest, 0.5);
   EXPECT_EQ(store.scenario("other")->odds.draws, 7u);
 }

@@ -165,6 +165,9 @@ TEST_F(ThreadsChainStarter, What_cannot_be_begun_begins_nothing) {
   ChainWish many = wish({.counted = 10}, 9);
   many.count = 3;
   EXPECT_THROW(starter.start(scenario, many, 2), ChainStarter::TooManyChains);
+  // Those that would go on count too, and those that have nothing to do do not.
+  EXPECT_THROW(starter.start(scenario, wish({.counted = 20}), 0), ChainStarter::TooManyChains);
+  EXPECT_EQ(starter.start(scenario, wish({.counted = 10}), 0).created, 0u);
   EXPECT_EQ(store.chains(scenario).size(), 1u);
 }
 
