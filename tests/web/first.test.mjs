@@ -123,6 +123,11 @@ test("the first screen rests for readers who want less motion, and plays when as
 test("with nothing in stock the first screen says so, and comes to life with the first animation", async () => {
   const empty = await startProgram({ world: null, examples: false });
   const { page, faults, close } = await newPage(browser);
+  // Timers may come a little early.
+  await page.addInitScript(() => {
+    const real = window.setTimeout;
+    window.setTimeout = (work, delay, ...rest) => real(work, delay > 1000 ? delay - 5 : delay, ...rest);
+  });
   await page.goto(empty.address);
   await page.locator(".first .sentence", { hasText: "There is no scenario yet." }).waitFor();
   await page.waitForFunction(() => document.getElementById("connection").dataset.state === "live");

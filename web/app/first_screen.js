@@ -115,7 +115,9 @@ export class FirstScreen {
     if (!found) return;
     const wait = this.#opened + COURTESY - performance.now();
     if (found.world !== this.#cards[0].world.name && wait > 0) {
-      this.later ??= setTimeout(() => this.#open && this.show(), wait);
+      // The timer may be early by a fraction of a millisecond, and is set again then.
+      clearTimeout(this.later);
+      this.later = setTimeout(() => this.#open && this.show(), wait);
       return;
     }
     this.hero = found;
