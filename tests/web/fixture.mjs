@@ -23,13 +23,13 @@ const SOFTWARE_WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-u
 
 /**
  * Starts `retake serve`. A new store has one example, so that chains of others take no time from the test.
- * @param {{store?: string, port?: number, world?: string|null, examples?: boolean, samples?: number}} [options] a new
- *   store and any free port unless given; the world of the example, null for what the program itself adds, if
- *   `examples` are wanted; how many samples are found
+ * @param {{store?: string, port?: number, world?: string|null, examples?: boolean, samples?: number, seed?: number}}
+ *   [options] a new store and any free port unless given; the world of the example, null for what the program itself
+ *   adds, if `examples` are wanted; how many samples are found, and by which seed, any unless given
  * @returns {Promise<{address: string, gallery: string, port: number, store: string, end: () => Promise<void>,
  *   remove: () => Promise<void>}>} `gallery` is the address of the newest scenario's, or of the first screen
  */
-export async function startProgram({ store, port = 0, world = "ball2d", examples = world === null, samples = 400 } = {}) {
+export async function startProgram({ store, port = 0, world = "ball2d", examples = world === null, samples = 400, seed } = {}) {
   if (!PROGRAM) throw new Error("RETAKE_PROGRAM must name the program to be tested");
   const folder = store ? null : await mkdtemp(join(tmpdir(), "retake-web-"));
   const path = store ?? join(folder, "retake.db");
@@ -59,15 +59,15 @@ export async function startProgram({ store, port = 0, world = "ball2d", examples
   };
   const remove = () => (folder ? rm(folder, { recursive: true, force: true }) : undefined);
   const started = { address, gallery: address, port: Number(new URL(address).port), store: path, end, remove };
-  if (!store && world !== null) await addExample(started, world, samples);
+  if (!store && world !== null) await addExample(started, world, { samples, seed });
   const [newest] = (await api(started, "/v1/scenarios?limit=1")).scenarios;
   return newest ? { ...started, gallery: `${address}?scenario=${newest.id}` } : started;
 }
 
-async function addExample(program, world, samples) {
+async function addExample(program, world, { samples, seed }) {
   const { worlds } = await api(program, "/v1/worlds");
   const { id } = await api(program, "/v1/scenarios", json(worlds.find(({ name }) => name === world).examples[0]));
-  await api(program, `/v1/scenarios/${id}/chains`, json({ count: 2, stop: { samples } }));
+  await api(program, `/v1/scenarios/${id}/chains`, json({ count: 2, seed, stop: { samples } }));
 }
 
 /** @param {{webgl?: boolean}} [options] */
