@@ -88,7 +88,7 @@ std::vector<double> effective(const std::vector<std::vector<double>>& trace) {
     Eigen::MatrixXd draws(static_cast<Eigen::Index>(trace.size()), 1);
     for (std::size_t row = 0; row < trace.size(); ++row)
       draws(static_cast<Eigen::Index>(row), 0) = trace[row][column];
-    result.push_back(ess_mean(draws));
+    result.push_back(ess_mean(chains_of(draws)));
   }
   return result;
 }

@@ -11,7 +11,7 @@
 namespace retake {
 namespace {
 
-constexpr std::uint32_t kCheckpointVersion = 3;
+constexpr std::uint32_t kCheckpointVersion = 4;
 
 }  // namespace
 

@@ -2,6 +2,7 @@
 #include "sampler/conditional.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -13,6 +14,9 @@ namespace {
 
 enum Kernels : std::size_t { kPrior, kLearned, kLocal, kTempering };
 
+// Chosen: of strikes, one draw in 30, a learned redraw gives twice as many in the long run, after seconds of
+// learning; of what is four times as likely it can hardly give more than the prior does.
+constexpr double kCommon = 0.125;
 constexpr std::uint64_t kFirstHits = 5;       // to learn from
 constexpr double kMoreHits = 1.5;             // times those learned from last
 constexpr std::uint64_t kFruitless = 30'000;  // draws without a hit, after which a ladder looks for one
@@ -39,10 +43,12 @@ Conditional::Conditional(const Target& target, const ChainSettings& settings, Ch
     : Walk(target, settings, counts), block_(*target.model, target.learned), local_(block_, redraw_) {
   counts_.is_learning = true;
   counts_.odds.basis = OddsBasis::rejection;
+  if (settings_.learning.plain_draws > 0) phase_ = Phase::plain;
 }
 
 bool Conditional::step(Simulator& simulator) {
   switch (phase_) {
+    case Phase::plain:
     case Phase::exploring:
       return explore(simulator);
     case Phase::tempering:
@@ -76,33 +82,64 @@ bool Conditional::explore(Simulator& simulator) {
   if (hit) {
     ++counts_.kernels[by_prior ? kPrior : kLearned].accepted;
     ++counts_.accepted;
-    const double weight = redraw_.log_weight(block_, candidate_);
-    found_weight_ += std::exp(weight);
     ++found_;
-    const double log_constraint = candidate_score_.log_constraint;
-    if (log_constraint > hit_scale_) {
-      for (WeighedState& other : hits_)
-        other.weight *= std::exp(hit_scale_ - log_constraint);
-      hit_scale_ = log_constraint;
-    }
-    hits_.push_back({.state = candidate_, .weight = std::exp(weight + log_constraint - hit_scale_)});
-    if (hits_.size() > kMostKept) {
-      RandomStream draws = random(Purpose::learning, 1);
-      hits_ = thin(std::move(hits_), kMostKept / 2, draws);
-    }
+    if (counts_.is_learning) keep_hit();
     move_to_candidate(walker_);
-    // Enough of them are shown; what else is found only teaches.
-    walker_.stay.is_sample = found_ <= settings_.learning.hits;
-    walker_.stay.weight = 0;
-    counts_.samples += walker_.stay.is_sample ? 1 : 0;
+    Stay& stay = walker_.stay;
+    stay.weight = phase_ == Phase::plain ? plain_count() : 0;
+    // Enough of what weighs nothing is shown; what else is found only teaches.
+    stay.is_sample = stay.weight > 0 || found_ <= settings_.learning.hits;
+    counts_.samples += stay.is_sample ? 1 : 0;
   }
-  learn_if_due();
-  if (hits_.empty() && explored_ >= kFruitless && by_prior) {
+  if (phase_ == Phase::plain) look_whether_common();
+  if (phase_ == Phase::exploring) learn_if_due();
+  if (phase_ == Phase::exploring && hits_.empty() && explored_ >= kFruitless && by_prior) {
     phase_ = Phase::tempering;
     ladder_ =
         std::make_unique<Tempering>(target_, settings_, counts_, Tempering::Part::of_another, kTempering);
   }
   return hit;
+}
+
+/// The candidate is a hit to learn from.
+void Conditional::keep_hit() {
+  const double weight = redraw_.log_weight(block_, candidate_);
+  found_weight_ += std::exp(weight);
+  const double log_constraint = candidate_score_.log_constraint;
+  if (log_constraint > hit_scale_) {
+    for (WeighedState& other : hits_)
+      other.weight *= std::exp(hit_scale_ - log_constraint);
+    hit_scale_ = log_constraint;
+  }
+  hits_.push_back({.state = candidate_, .weight = std::exp(weight + log_constraint - hit_scale_)});
+  if (hits_.size() <= kMostKept) return;
+  RandomStream draws = random(Purpose::learning, 1);
+  hits_ = thin(std::move(hits_), kMostKept / 2, draws);
+}
+
+/// A draw of the prior counts once with probability p_c.
+std::uint64_t Conditional::plain_count() {
+  const double share = std::exp(walker_.stay.score.log_constraint);
+  plain_worth_ += share;
+  return random(Purpose::acceptance).uniform() < share ? 1 : 0;
+}
+
+/// Looked at whenever there are twice as many draws, so that a first look that was wrong is mended.
+void Conditional::look_whether_common() {
+  const std::uint64_t first = settings_.learning.plain_draws;
+  if (explored_ % first != 0 || !std::has_single_bit(explored_ / first)) return;
+  if (plain_worth_ >= kCommon * static_cast<double>(explored_)) {
+    counts_.is_learning = false;
+    hits_ = {};
+    return;
+  }
+  phase_ = Phase::exploring;
+  if (counts_.is_learning) return;
+  // It has kept no hits since, so it begins anew to learn.
+  counts_.is_learning = true;
+  explored_ = found_ = 0;
+  found_weight_ = plain_draws_ = 0;
+  hit_scale_ = kImpossible;
 }
 
 bool Conditional::temper(Simulator& simulator) {
@@ -222,7 +259,8 @@ std::uint64_t Conditional::draw_count(RandomStream& random) const {
 
 std::optional<LessonKind> Conditional::teach(ByteWriter& out) const {
   const bool samples = phase_ == Phase::sampling;
-  if (!samples && (phase_ == Phase::tempering || (hits_.empty() && redraw_.is_prior()))) return std::nullopt;
+  const bool knows = !hits_.empty() || !redraw_.is_prior();
+  if (!samples && (phase_ == Phase::plain || phase_ == Phase::tempering || !knows)) return std::nullopt;
   out.put(static_cast<std::uint8_t>(samples));
   write_learned(out);
   return samples ? LessonKind::proposal : LessonKind::unfinished;
@@ -233,6 +271,7 @@ void Conditional::begin_from(ByteReader& lesson) {
   read_learned(lesson);
   if (samples > 1 || (samples == 1 && (redraw_.is_prior() || !std::isfinite(hit_scale_))))
     throw std::out_of_range("a redraw that cannot be");
+  phase_ = Phase::exploring;
   if (samples == 1) enter_sampling();
 }
 
@@ -275,6 +314,7 @@ void Conditional::write(ByteWriter& out) const {
   Walk::write(out);
   out.put(static_cast<std::uint8_t>(phase_));
   out.put(turn_);
+  out.put(plain_worth_);
   write_learned(out);
   if (phase_ == Phase::tempering) ladder_->write(out);
 }
@@ -283,6 +323,7 @@ void Conditional::read(ByteReader& in) {
   Walk::read(in);
   const auto phase = in.get<std::uint8_t>();
   const auto turn = in.get<std::uint8_t>();
+  plain_worth_ = in.get<double>();
   if (phase > static_cast<std::uint8_t>(Phase::sampling) || turn > kHitsPerLocal)
     throw std::out_of_range("a phase that cannot be");
   phase_ = static_cast<Phase>(phase);

@@ -28,12 +28,14 @@ class LearnedLocalMove final : public Kernel {
   LocalMove move_;
 };
 
-/// One iteration is one draw or one local move. Exploring, it draws from what it has learned so far, at first
-/// from the prior, and weighs each hit by the proposal that drew it, for good. If the prior finds nothing a
-/// ladder looks for the first hits. Sampling, it walks q restricted to what satisfies: to every draw that
-/// does, and now and then by a local move that leaves q as it is there. Where it stands counts a whole number
-/// of times, whose mean is proportional to p p_c / q, so that what is counted follows p(A | satisfied).
-/// Independence Metropolis would count each of them by chance and give two thirds of the effective samples.
+/// One iteration is one draw or one local move. At first it draws from the prior, and what satisfies counts
+/// as with rejection; where that is common it stays so, as learning would cost more than it gives. Exploring,
+/// it draws from what it has learned so far, and weighs each hit by the proposal that drew it, for good. If
+/// the prior finds nothing a ladder looks for the first hits. Sampling, it walks q restricted to what
+/// satisfies: to every draw that does, and now and then by a local move that leaves q as it is there. Where
+/// it stands counts a whole number of times, whose mean is proportional to p p_c / q, so that what is counted
+/// follows p(A | satisfied). Independence Metropolis would count each of them by chance and give two thirds
+/// of the effective samples.
 class Conditional final : public Walk {
  public:
   Conditional(const Target& target, const ChainSettings& settings, ChainCounts& counts);
@@ -47,12 +49,16 @@ class Conditional final : public Walk {
 
  private:
   enum class Phase : std::uint8_t {
+    plain,  ///< draws of the prior that count, at first and where they find enough
     exploring,
     tempering,  ///< as a part of exploring
     sampling,   ///< by the redraw as it is now
   };
 
   bool explore(Simulator& simulator);
+  void keep_hit();
+  std::uint64_t plain_count();
+  void look_whether_common();
   bool temper(Simulator& simulator);
   void learn_if_due();
   double plain_hits() const;
@@ -78,6 +84,7 @@ class Conditional final : public Walk {
   std::uint64_t explored_ = 0;      ///< draws
   std::uint64_t found_ = 0;         ///< hits among them
   double found_weight_ = 0;         ///< sum of their p / q
+  double plain_worth_ = 0;          ///< sum of p_c of the plain draws that satisfied
   double plain_draws_ = 0;          ///< how many draws the prior is expected to have made
   std::uint64_t learned_from_ = 0;  ///< hits
   double valid_share_ = 1;          ///< of the prior within its support

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <complex>
 #include <cstddef>
 #include <limits>
 #include <numeric>
@@ -16,19 +17,67 @@ namespace retake {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-bool are_finite(const MatrixXd& draws) {
-  return draws.size() > 0 && draws.allFinite();
+Index count_of(const ChainDraws& chains) {
+  Index count = 0;
+  for (const VectorXd& chain : chains)
+    count += chain.size();
+  return count;
+}
+
+Index shortest(const ChainDraws& chains) {
+  Index length = chains.empty() ? 0 : chains.front().size();
+  for (const VectorXd& chain : chains)
+    length = std::min(length, chain.size());
+  return length;
+}
+
+Index longest(const ChainDraws& chains) {
+  Index length = 0;
+  for (const VectorXd& chain : chains)
+    length = std::max(length, chain.size());
+  return length;
+}
+
+/// One chain after the other.
+VectorXd pooled(const ChainDraws& chains) {
+  VectorXd all(count_of(chains));
+  Index begin = 0;
+  for (const VectorXd& chain : chains) {
+    all.segment(begin, chain.size()) = chain;
+    begin += chain.size();
+  }
+  return all;
+}
+
+/// `function` of each draw.
+template <typename Function>
+ChainDraws each(const ChainDraws& chains, Function&& function) {
+  ChainDraws result;
+  for (const VectorXd& chain : chains)
+    result.push_back(chain.unaryExpr(function));
+  return result;
+}
+
+bool are_finite(const ChainDraws& chains) {
+  return !chains.empty() && std::all_of(chains.begin(), chains.end(), [](const VectorXd& chain) {
+    return chain.size() > 0 && chain.allFinite();
+  });
 }
 
 /// Whether the draws are finite and differ, by posterior's absolute tolerance.
-bool vary(const MatrixXd& draws) {
-  return are_finite(draws) && draws.maxCoeff() - draws.minCoeff() >= std::numeric_limits<double>::epsilon();
+bool vary(const ChainDraws& chains) {
+  if (!are_finite(chains)) return false;
+  double least = chains[0][0], most = least;
+  for (const VectorXd& chain : chains) {
+    least = std::min(least, chain.minCoeff());
+    most = std::max(most, chain.maxCoeff());
+  }
+  return most - least >= std::numeric_limits<double>::epsilon();
 }
 
 /// Mean in two passes, so that equal values give exactly that value.
@@ -41,25 +90,50 @@ double variance_of(const Eigen::Ref<const VectorXd>& values) {
   return (values.array() - mean_of(values)).square().sum() / static_cast<double>(values.size() - 1);
 }
 
-VectorXd chain_means(const MatrixXd& chains) {
-  VectorXd means(chains.cols());
-  for (Index chain = 0; chain < chains.cols(); ++chain)
-    means[chain] = mean_of(chains.col(chain));
-  return means;
+/// Each chain's share of all draws.
+VectorXd shares_of(const ChainDraws& chains) {
+  VectorXd shares(static_cast<Index>(chains.size()));
+  const double count = static_cast<double>(count_of(chains));
+  for (Index chain = 0; chain < shares.size(); ++chain)
+    shares[chain] = static_cast<double>(chains[static_cast<std::size_t>(chain)].size()) / count;
+  return shares;
+}
+
+/// Variance of the chains' means, each weighed by its share of the draws; unbiased if chains agree in it.
+/// Requires: at least two chains.
+double variance_of_means(const ChainDraws& chains) {
+  const VectorXd shares = shares_of(chains);
+  VectorXd means(shares.size());
+  for (Index chain = 0; chain < shares.size(); ++chain)
+    means[chain] = mean_of(chains[static_cast<std::size_t>(chain)]);
+  const double mean = means[0] + shares.dot((means.array() - means[0]).matrix());
+  return shares.dot((means.array() - mean).square().matrix()) / (1 - shares.squaredNorm());
+}
+
+/// Variance within the chains, each weighed by its share of the draws.
+double variance_within(const ChainDraws& chains) {
+  const VectorXd shares = shares_of(chains);
+  double within = 0;
+  for (Index chain = 0; chain < shares.size(); ++chain)
+    within += shares[chain] * variance_of(chains[static_cast<std::size_t>(chain)]);
+  return within;
 }
 
 /// Each chain's first and second half as chains of their own, without the middle draw if their number is odd.
-MatrixXd split_chains(const MatrixXd& draws) {
-  const Index half = draws.rows() / 2;
-  MatrixXd halves(half, 2 * draws.cols());
-  halves << draws.topRows(half), draws.bottomRows(half);
+ChainDraws split_chains(const ChainDraws& chains) {
+  ChainDraws halves;
+  for (const VectorXd& chain : chains) {
+    const Index half = chain.size() / 2;
+    halves.push_back(chain.head(half));
+    halves.push_back(chain.tail(half));
+  }
   return halves;
 }
 
 /// R's type 7 quantile of all draws, rounded as R rounds it, so that the same draws lie below it.
-double quantile(const MatrixXd& draws, double probability) {
-  std::vector<double> values(draws.data(), draws.data() + draws.size());
-  const double position = 1.0 + static_cast<double>(draws.size() - 1) * probability;
+double quantile(const ChainDraws& chains, double probability) {
+  VectorXd values = pooled(chains);
+  const double position = 1.0 + static_cast<double>(values.size() - 1) * probability;
   const double fraction = position - std::floor(position);
   const auto lower = values.begin() + static_cast<Index>(position) - 1;
   std::nth_element(values.begin(), lower, values.end());
@@ -69,70 +143,80 @@ double quantile(const MatrixXd& draws, double probability) {
 }
 
 /// Distances from the median of all draws.
-MatrixXd fold(const MatrixXd& draws) {
-  return (draws.array() - quantile(draws, 0.5)).abs();
+ChainDraws fold(const ChainDraws& chains) {
+  return each(chains, [median = quantile(chains, 0.5)](double draw) { return std::abs(draw - median); });
 }
 
 /// Each draw replaced by the normal quantile of its rank among all of them.
-MatrixXd rank_normalise(const MatrixXd& draws) {
-  const Index count = draws.size();
-  const double* values = draws.data();
+ChainDraws rank_normalise(const ChainDraws& chains) {
+  const VectorXd values = pooled(chains);
+  const Index count = values.size();
   std::vector<Index> order(static_cast<std::size_t>(count));
   std::iota(order.begin(), order.end(), Index{0});
-  std::sort(order.begin(), order.end(), [values](Index a, Index b) { return values[a] < values[b]; });
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return values[a] < values[b]; });
 
-  MatrixXd scores(draws.rows(), draws.cols());
+  VectorXd scores(count);
   for (auto first = order.begin(); first != order.end();) {
     const auto last = std::find_if(first, order.end(), [&](Index i) { return values[i] != values[*first]; });
     const double rank = 0.5 * static_cast<double>((first - order.begin()) + 1 + (last - order.begin()));
     const double score = normal_quantile((rank - 0.375) / (static_cast<double>(count) + 0.25));
     for (; first != last; ++first)
-      scores.data()[*first] = score;
+      scores[*first] = score;
   }
-  return scores;
+  ChainDraws normalised;
+  Index begin = 0;
+  for (const VectorXd& chain : chains) {
+    normalised.push_back(scores.segment(begin, chain.size()));
+    begin += chain.size();
+  }
+  return normalised;
 }
 
 /// The R-hat of Gelman and Rubin.
-double potential_scale_reduction(const MatrixXd& chains) {
-  if (chains.rows() < 2 || !vary(chains)) return kNaN;
-  const double length = static_cast<double>(chains.rows());
-  double within = 0.0;
-  for (const auto& chain : chains.colwise())
-    within += variance_of(chain);
-  within /= static_cast<double>(chains.cols());
-  const double between = length * variance_of(chain_means(chains));
-  return std::sqrt((between / within + length - 1.0) / length);
+double potential_scale_reduction(const ChainDraws& chains) {
+  if (shortest(chains) < 2 || !vary(chains)) return kNaN;
+  const double length = static_cast<double>(count_of(chains)) / static_cast<double>(chains.size());
+  return std::sqrt(variance_of_means(chains) / variance_within(chains) + (length - 1.0) / length);
 }
 
-/// The autocovariance at every lag, with the chain's length in the denominator, averaged over the chains.
-VectorXd mean_autocovariance(const MatrixXd& chains) {
-  const Index length = chains.rows();
-  const Index padded_length = static_cast<Index>(std::bit_ceil(static_cast<std::size_t>(2 * length)));
+/// A chain's autocovariance at every lag, times its length.
+VectorXd lagged_products(const VectorXd& chain) {
+  const auto padded_length = static_cast<Index>(std::bit_ceil(2 * static_cast<std::size_t>(chain.size())));
   Eigen::FFT<double> fft;
   fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-
   VectorXd padded = VectorXd::Zero(padded_length);
+  padded.head(chain.size()) = chain.array() - mean_of(chain);
   VectorXcd spectrum;
-  VectorXcd power = VectorXcd::Zero(padded_length / 2 + 1);
-  for (const auto& chain : chains.colwise()) {
-    padded.head(length) = chain.array() - mean_of(chain);
-    fft.fwd(spectrum, padded);
-    power += spectrum.cwiseAbs2();
-  }
-  VectorXd lagged_products;
-  fft.inv(lagged_products, power, padded_length);
-  return lagged_products.head(length) / static_cast<double>(chains.size());
+  fft.fwd(spectrum, padded);
+  const VectorXcd power = spectrum.cwiseAbs2().cast<std::complex<double>>();
+  VectorXd products;
+  fft.inv(products, power, padded_length);
+  return products.head(chain.size());
 }
 
-double effective_sample_size(const MatrixXd& chains) {
-  const Index length = chains.rows();
+/// The autocovariance at every lag of the longest chain, with the chains' lengths in the denominator. Where
+/// only some chains are so long it has their autocorrelation, with the autocovariance of all at lag 0.
+VectorXd mean_autocovariance(const ChainDraws& chains) {
+  const Index length = longest(chains);
+  VectorXd lagged = VectorXd::Zero(length), of_lag_0 = VectorXd::Zero(length);
+  for (const VectorXd& chain : chains) {
+    const VectorXd products = lagged_products(chain);
+    lagged.head(chain.size()) += products;
+    of_lag_0.head(chain.size()).array() += products[0];
+  }
+  const double at_0 = lagged[0] / static_cast<double>(count_of(chains));
+  return (of_lag_0.array() > 0).select(at_0 * lagged.array() / of_lag_0.array(), 0);
+}
+
+double effective_sample_size(const ChainDraws& chains) {
+  const Index length = longest(chains);
   if (length < 3 || !vary(chains)) return kNaN;
 
   // Variance within the chains and over all of them
   const VectorXd autocovariance = mean_autocovariance(chains);
-  const double within = autocovariance[0] * static_cast<double>(length) / static_cast<double>(length - 1);
+  const double within = variance_within(chains);
   double overall = autocovariance[0];
-  if (chains.cols() > 1) overall += variance_of(chain_means(chains));
+  if (chains.size() > 1) overall += variance_of_means(chains);
 
   // Autocorrelations, up to the last pair of Geyer's initial positive sequence
   const auto autocorrelation = [&](Index lag) { return 1.0 - (within - autocovariance[lag]) / overall; };
@@ -158,7 +242,7 @@ double effective_sample_size(const MatrixXd& chains) {
   }
 
   // Integrated autocorrelation time; without any later pair posterior still counts the first term
-  const double draw_count = static_cast<double>(chains.size());
+  const double draw_count = static_cast<double>(count_of(chains));
   const double tau = -1.0 + 2.0 * rho.head(std::max<Index>(last, 1)).sum() + rho[last];
 
   // Effective sample size, bounded for antithetic chains
@@ -166,13 +250,14 @@ double effective_sample_size(const MatrixXd& chains) {
 }
 
 /// Effective sample size for a quantile: that of the indicator of the draws up to it.
-double ess_quantile(const MatrixXd& draws, double probability) {
-  const MatrixXd below = (draws.array() <= quantile(draws, probability)).cast<double>();
-  return effective_sample_size(split_chains(below));
+double ess_quantile(const ChainDraws& draws, double probability) {
+  const double limit = quantile(draws, probability);
+  return effective_sample_size(
+      split_chains(each(draws, [&](double draw) { return draw <= limit ? 1.0 : 0.0; })));
 }
 
 /// `scores` are the split draws, rank-normalised.
-double rhat_of(const MatrixXd& scores, const MatrixXd& draws) {
+double rhat_of(const ChainDraws& scores, const ChainDraws& draws) {
   const double bulk = potential_scale_reduction(scores);
   const double tail = potential_scale_reduction(rank_normalise(split_chains(fold(draws))));
   return Eigen::Vector2d(bulk, tail).maxCoeff<Eigen::PropagateNaN>();
@@ -180,54 +265,70 @@ double rhat_of(const MatrixXd& scores, const MatrixXd& draws) {
 
 }  // namespace
 
-double rank_normalised_split_rhat(const MatrixXd& draws) {
+ChainDraws chains_of(const Eigen::MatrixXd& columns) {
+  ChainDraws chains;
+  for (const auto& column : columns.colwise())
+    chains.emplace_back(column);
+  return chains;
+}
+
+double rank_normalised_split_rhat(const ChainDraws& draws) {
   return are_finite(draws) ? rhat_of(rank_normalise(split_chains(draws)), draws) : kNaN;
 }
 
-double ess_bulk(const MatrixXd& draws) {
+double ess_bulk(const ChainDraws& draws) {
   if (!are_finite(draws)) return kNaN;
   return effective_sample_size(rank_normalise(split_chains(draws)));
 }
 
-double ess_tail(const MatrixXd& draws) {
+double ess_tail(const ChainDraws& draws) {
   if (!vary(draws)) return kNaN;
   return Eigen::Vector2d(ess_quantile(draws, 0.05), ess_quantile(draws, 0.95))
       .minCoeff<Eigen::PropagateNaN>();
 }
 
-double ess_mean(const MatrixXd& draws) {
+double ess_mean(const ChainDraws& draws) {
   if (!are_finite(draws)) return kNaN;
   return effective_sample_size(split_chains(draws));
 }
 
-double ess_rough(const MatrixXd& draws) {
-  if (draws.rows() < 4 || !vary(draws)) return kNaN;
-  const double variance = variance_of(draws.reshaped());
-  const auto by_means_of = [&](Index stretch) {
-    const Index per_chain = draws.rows() / stretch;
-    VectorXd means(per_chain * draws.cols());
-    for (Index chain = 0; chain < draws.cols(); ++chain)
-      for (Index i = 0; i < per_chain; ++i)
-        means[chain * per_chain + i] = draws.col(chain).segment(i * stretch, stretch).mean();
-    return static_cast<double>(means.size()) * variance / variance_of(means);
-  };
-  const Index root = static_cast<Index>(std::sqrt(static_cast<double>(draws.rows())));
-  return std::min(by_means_of(root), by_means_of(draws.rows() / 2));
+double ess_across(const ChainDraws& draws) {
+  if (draws.size() < 2 || !are_finite(draws)) return kNaN;
+  // All draws together, not within each chain: chains that never leave their place are one draw each.
+  const VectorXd shares = shares_of(draws);
+  const double of_means = variance_of_means(draws) * (1 - shares.squaredNorm());
+  return of_means > 0 ? static_cast<double>(draws.size() - 1) * variance_of(pooled(draws)) / of_means : kNaN;
 }
 
-QuantityDiagnostics diagnose(const MatrixXd& draws) {
+double ess_rough(const ChainDraws& draws) {
+  const Index length = shortest(draws);
+  if (length < 4 || !vary(draws)) return kNaN;
+  const double variance = variance_of(pooled(draws));
+  const auto by_means_of = [&](Index stretch) {
+    std::vector<double> means;
+    for (const VectorXd& chain : draws)
+      for (Index i = 0; i + stretch <= chain.size(); i += stretch)
+        means.push_back(chain.segment(i, stretch).mean());
+    const Eigen::Map<const VectorXd> all(means.data(), static_cast<Index>(means.size()));
+    return static_cast<double>(all.size()) * variance / variance_of(all);
+  };
+  const Index root = static_cast<Index>(std::sqrt(static_cast<double>(length)));
+  return std::min(by_means_of(root), by_means_of(length / 2));
+}
+
+QuantityDiagnostics diagnose(const ChainDraws& draws) {
   const bool finite = are_finite(draws);
-  const auto all_draws = draws.reshaped();
-  const MatrixXd scores = finite ? rank_normalise(split_chains(draws)) : MatrixXd();
+  const VectorXd all = pooled(draws);
+  const ChainDraws scores = finite ? rank_normalise(split_chains(draws)) : ChainDraws();
   return {.rhat = finite ? rhat_of(scores, draws) : kNaN,
           .ess_bulk = finite ? effective_sample_size(scores) : kNaN,
           .ess_tail = ess_tail(draws),
-          .mean = finite ? mean_of(all_draws) : kNaN,
-          .sd = finite ? std::sqrt(variance_of(all_draws)) : kNaN};
+          .mean = finite ? mean_of(all) : kNaN,
+          .sd = finite ? std::sqrt(variance_of(all)) : kNaN};
 }
 
 double integrated_autocorrelation_time(const VectorXd& draws) {
-  return static_cast<double>(draws.size()) / effective_sample_size(draws);
+  return static_cast<double>(draws.size()) / effective_sample_size({draws});
 }
 
 }  // namespace retake

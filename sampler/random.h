@@ -12,7 +12,7 @@
 namespace retake {
 
 /// What a draw is for. The numbers are part of the determinism contract: never renumber.
-enum class Purpose : std::uint16_t {
+enum class Purpose : std::uint8_t {
   initial = 0,
   proposal = 1,
   acceptance = 2,
@@ -28,15 +28,18 @@ struct RandomAddress {
   std::uint16_t replica = 0;
   Purpose purpose = Purpose::initial;
   std::uint64_t iteration = 0;
+  std::uint8_t method = 0;  ///< of the chain, so that two methods of one seed do not find the same
 };
 
-/// The draws at one address: Philox4x64-10 (Salmon et al. 2011) keyed by seed, chain, replica and purpose,
-/// its counter the iteration and the number of the draw. Cheap to make. Thread safety: one thread at a time.
+/// The draws at one address: Philox4x64-10 (Salmon et al. 2011) keyed by seed, chain, replica, method and
+/// purpose, its counter the iteration and the number of the draw. Cheap to make. Thread safety: one thread at
+/// a time.
 class RandomStream {
  public:
   explicit RandomStream(const RandomAddress& address)
       : key_{{address.seed, (static_cast<std::uint64_t>(address.chain) << 32) |
                                 (static_cast<std::uint64_t>(address.replica) << 16) |
+                                (static_cast<std::uint64_t>(address.method) << 8) |
                                 static_cast<std::uint64_t>(address.purpose)}},
         iteration_(address.iteration) {}
 

@@ -12,13 +12,15 @@
 
 namespace retake {
 
-/// When a conditional chain stops learning: at so many hits, if the prior alone would have found some of them
-/// (others come from where some were found before), or after so many draws if there is anything to learn
-/// from.
+/// When a conditional chain begins to learn, and when it stops. It begins after so many draws of the prior,
+/// and never where chance alone finds what is wished. It stops at so many hits, if the prior alone would have
+/// found some of them (others come from where some were found before), or after so many draws if there is
+/// anything to learn from.
 struct LearningLimits {
   std::uint64_t hits = 200;
   double plain_hits = 20;
   std::uint64_t draws = 2'000'000;
+  std::uint64_t plain_draws = 64;  ///< 0: it learns whatever chance finds
 };
 
 struct ChainSettings {
@@ -54,7 +56,8 @@ struct ChainCounts {
   double simulated_seconds = 0;  ///< [s] of the world's time
   double skipped_seconds = 0;    ///< [s] of the world's time that did not have to be stepped
   std::vector<KernelCounter> kernels;
-  /// While it explores or adapts, its Samples have weight 0: they are no part of any estimate.
+  /// Whether it explores or adapts. What it finds then has weight 0, but for draws of the prior before
+  /// anything was learned, and is no part of any estimate.
   bool is_learning = false;
   OddsTally odds;
   std::vector<RungCounter> rungs;  ///< of a ladder, from the prior up; else empty

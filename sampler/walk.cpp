@@ -40,15 +40,12 @@ RandomStream Walk::random(Purpose purpose, std::size_t replica) const {
                        .chain = settings_.index,
                        .replica = static_cast<std::uint16_t>(replica),
                        .purpose = purpose,
-                       .iteration = counts_.iteration});
+                       .iteration = counts_.iteration,
+                       .method = static_cast<std::uint8_t>(settings_.method)});
 }
 
 void Walk::draw_first(Walker& walker, std::size_t replica) {
-  RandomStream draws({.seed = settings_.seed,
-                      .chain = settings_.index,
-                      .replica = static_cast<std::uint16_t>(replica),
-                      .purpose = Purpose::initial,
-                      .iteration = 0});
+  RandomStream draws = random(Purpose::initial, replica);
   walker.stay.log_prior = kImpossible;
   for (int tries = 0; walker.stay.log_prior == kImpossible; ++tries) {
     if (tries == kMostInitialDraws)

@@ -20,7 +20,10 @@ ChainWish read_wish(const Api& api, const Scenario& scenario, std::string_view b
   wish.count =
       static_cast<std::uint32_t>(fields.integer("count", 1, api.limits.most_chains_per_request).value_or(1));
   wish.seed = fields.integer("seed", 0, kLargestSeed);
-  if (const auto method = fields.choice("method", method_names())) wish.method = *method;
+  std::vector<std::string> methods = method_names();
+  methods.emplace_back(kAutoMethod);
+  const auto method = fields.choice("method", methods);
+  if (method && *method != kAutoMethod) wish.method = *method;
   if (const auto ratios = fields.choice("ratios", ratios_names())) wish.ratios = *ratios;
   wish.lesson = fields.integer("lesson", 0, kLargestCount);
   BodyFields stop = fields.object("stop");

@@ -24,6 +24,8 @@ nlohmann::json measures_json(const std::vector<Measure>& measures);
 
 /// Every method of sampling by its name, the simplest first.
 std::vector<std::string> method_names();
+/// Stands for the world's default method where a method is asked for.
+inline constexpr std::string_view kAutoMethod = "auto";
 /// Every kind of ratios by its name, the default first.
 std::vector<std::string> ratios_names();
 

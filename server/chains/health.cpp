@@ -20,10 +20,6 @@ constexpr std::size_t kFewestSamples = 24;
 constexpr std::size_t kJudgedDraws = 4000;  // chosen: four for each effective sample that may be wished
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-double variance(const Eigen::VectorXd& values) {
-  return (values.array() - values.mean()).square().sum() / static_cast<double>(values.size() - 1);
-}
-
 /// How many samples draws of one chain are of, which come several times where a sample weighs much. They are
 /// worth no more than these, whatever a short or anti-correlated stretch lets the estimate say.
 std::size_t distinct(const std::vector<DrawRecord>& draws) {
@@ -33,24 +29,16 @@ std::size_t distinct(const std::vector<DrawRecord>& draws) {
   return count;
 }
 
-double ess_within(const Eigen::MatrixXd& draws) {
+double ess_within(const ChainDraws& draws) {
   double sum = 0;
   bool any = false;
-  for (Eigen::Index chain = 0; chain < draws.cols(); ++chain) {
-    const double ess = ess_bulk(draws.col(chain));
+  for (const Eigen::VectorXd& chain : draws) {
+    const double ess = ess_bulk({chain});
     if (!std::isfinite(ess)) continue;
     sum += ess;
     any = true;
   }
   return any ? sum : kNaN;
-}
-
-double ess_across(const Eigen::MatrixXd& draws) {
-  const auto chains = static_cast<std::size_t>(draws.cols());
-  if (chains < kFewestChains || !draws.allFinite()) return kNaN;
-  // All draws together, not within each chain: chains that never leave their place are one draw each.
-  const double of_means = variance(draws.colwise().mean().transpose());
-  return of_means > 0 ? static_cast<double>(chains) * variance(draws.reshaped()) / of_means : kNaN;
 }
 
 /// The draws of the chains that are counted.
@@ -69,23 +57,9 @@ bool is_exact(const ChainRecord& chain) {
 Counted counted_chains(const std::vector<ChainRecord>& chains,
                        const std::vector<std::vector<DrawRecord>>& draws) {
   const bool any_exact = std::ranges::any_of(chains, is_exact);
-  std::vector<std::size_t> longest;
-  for (std::size_t i = 0; i < chains.size(); ++i)
-    if (is_exact(chains[i]) == any_exact) longest.push_back(i);
-  std::stable_sort(longest.begin(), longest.end(), [&](std::size_t left, std::size_t right) {
-    return draws[left].size() > draws[right].size();
-  });
-  std::size_t count = 0, most = 0;
-  for (std::size_t i = 0; i < longest.size(); ++i) {
-    const std::size_t length = draws[longest[i]].size();
-    if (length < kFewestDraws || (i + 1) * length < most) continue;
-    most = (i + 1) * length;
-    count = i + 1;
-  }
-  longest.resize(count);
-  std::sort(longest.begin(), longest.end());
   Counted counted;
-  for (const std::size_t i : longest) {
+  for (std::size_t i = 0; i < chains.size(); ++i) {
+    if (is_exact(chains[i]) != any_exact || draws[i].size() < kFewestDraws) continue;
     counted.chains.push_back(&chains[i]);
     counted.draws.push_back(draws[i]);
   }
@@ -118,7 +92,7 @@ std::optional<EffectiveHealth> effective_of(const Health& health, const Counted&
   EffectiveHealth effective;
   std::size_t most = 0;
   for (const auto& draws : counted.draws)
-    most += std::min(distinct(draws), health.draws_per_chain);
+    most += distinct(draws);
   effective.samples = std::min(samples, static_cast<double>(most));
   effective.quantity = worst->name;
   effective.within = std::isfinite(worst->ess_within) ? worst->ess_within : 0;
@@ -175,14 +149,17 @@ Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chain
   if (health.chains > 0) {
     std::vector<Quantity> all = quantities(scenario, counted.draws);
     health.quantity_count = all.size();
-    for (const Quantity& quantity : slowest(std::move(all))) {
-      health.draws_per_chain = static_cast<std::size_t>(quantity.draws.rows());
-      health.quantities.push_back({.name = quantity.name,
-                                   .unit = quantity.unit,
-                                   .together = diagnose(quantity.draws),
-                                   .ess_within = ess_within(quantity.draws),
-                                   .ess_across = ess_across(quantity.draws)});
-    }
+    std::size_t count = 0;
+    for (const auto& each : counted.draws)
+      count += each.size();
+    health.draws_per_chain = count / health.chains;
+    for (const Quantity& quantity : slowest(std::move(all)))
+      health.quantities.push_back(
+          {.name = quantity.name,
+           .unit = quantity.unit,
+           .together = diagnose(quantity.draws),
+           .ess_within = ess_within(quantity.draws),
+           .ess_across = health.chains < kFewestChains ? kNaN : ess_across(quantity.draws)});
   }
   health.effective = effective_of(health, counted);
 

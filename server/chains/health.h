@@ -35,8 +35,7 @@ struct QuantityHealth {
   std::string unit{};
   QuantityDiagnostics together;  ///< over the draws of all chains counted
   double ess_within;             ///< sum of each chain's own bulk effective sample size
-  /// From the spread of the chain means: chains * variance of all draws / variance of the means; NaN below 4
-  /// chains. What no chain can know by itself.
+  /// sampler/diagnostics.h, ess_across; NaN below 4 chains. What no chain can know by itself.
   double ess_across;
 };
 
@@ -61,7 +60,7 @@ struct Health {
   std::vector<QuantityHealth> quantities;  ///< the slowest() of all
   std::size_t quantity_count = 0;          ///< of all
   std::size_t chains = 0;                  ///< counted for the quantities
-  std::size_t draws_per_chain = 0;
+  std::size_t draws_per_chain = 0;         ///< of them, on average
   std::optional<EffectiveHealth> effective;
   OddsTally odds;                              ///< pooled over the chains
   std::optional<double> first_sample_seconds;  ///< [s] of running, of the chain that was quickest
@@ -80,10 +79,9 @@ struct Health {
 std::optional<double> eta_of_first_sample(const Scenario& scenario, const std::vector<ChainRecord>& chains,
                                           const std::optional<PilotTally>& pilot);
 
-/// `draws[i]` are those of `chains[i]`, empty if they were not looked at. Of chains with draws those are
-/// counted whose common length keeps most draws, so that one that has just begun does not cost the others
-/// theirs. Chains of the paper's ratios are counted only where there are no others. Requires: draws.size() ==
-/// chains.size().
+/// `draws[i]` are those of `chains[i]`, empty if they were not looked at. All chains of at least 4 draws are
+/// counted, each by as many as it has, so that none hides what others disagree about. Chains of the paper's
+/// ratios are counted only where there are no others. Requires: draws.size() == chains.size().
 Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chains,
                  const std::vector<std::vector<DrawRecord>>& draws, const std::optional<PilotTally>& pilot);
 

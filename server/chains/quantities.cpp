@@ -8,7 +8,6 @@
 #include <optional>
 #include <utility>
 
-#include "sampler/diagnostics.h"
 #include "worlds/formats/recorded.h"
 
 namespace retake {
@@ -38,9 +37,6 @@ double number_of(const json& measures, const Place& place) {
 
 std::vector<Quantity> quantities(const Scenario& scenario,
                                  const std::vector<std::vector<DrawRecord>>& chains) {
-  std::size_t count = chains.at(0).size();
-  for (const auto& draws : chains)
-    count = std::min(count, draws.size());
   const std::size_t variables = scenario.model().size();
   std::vector<Quantity> all;
   for (const Variable& variable : scenario.model().variables())
@@ -54,17 +50,17 @@ std::vector<Quantity> quantities(const Scenario& scenario,
     places.push_back(measure.list.empty() ? Place{.key = measure.name}
                                           : Place{.key = measure.list, .member = members[measure.list]++});
   }
-  for (Quantity& quantity : all)
-    quantity.draws.resize(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(chains.size()));
-  for (std::size_t column = 0; column < chains.size(); ++column)
-    for (std::size_t row = 0; row < count; ++row) {
-      const DrawRecord& draw = chains[column][row * chains[column].size() / count];
-      const State state = decode_state(draw.state);
-      const json measures = json::parse(draw.measures);
+  for (const std::vector<DrawRecord>& draws : chains) {
+    for (Quantity& quantity : all)
+      quantity.draws.emplace_back(static_cast<Eigen::Index>(draws.size()));
+    for (std::size_t row = 0; row < draws.size(); ++row) {
+      const State state = decode_state(draws[row].state);
+      const json measures = json::parse(draws[row].measures);
       for (std::size_t k = 0; k < all.size(); ++k)
-        all[k].draws(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) =
+        all[k].draws.back()[static_cast<Eigen::Index>(row)] =
             k < variables ? state[static_cast<Eigen::Index>(k)] : number_of(measures, places[k - variables]);
     }
+  }
   return all;
 }
 

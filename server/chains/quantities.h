@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
-
 #include "db/records.h"
+#include "sampler/diagnostics.h"
 #include "worlds/scenario.h"
 
 namespace retake {
@@ -16,11 +15,10 @@ struct Quantity {
   std::string name;
   std::string unit{};
   bool is_one_of_many = false;  ///< a variable, or a member of a list of measures
-  Eigen::MatrixXd draws;        ///< a column a chain, a row a draw; NaN where there is no value
+  ChainDraws draws;             ///< NaN where there is no value
 };
 
-/// Every variable, and every measure that is a number or a flag (as 0 or 1); a set is no quantity. Longer
-/// chains are thinned evenly to the length of the shortest. Requires: at least one chain, and a draw in each.
+/// Every variable, and every measure that is a number or a flag (as 0 or 1); a set is no quantity.
 std::vector<Quantity> quantities(const Scenario& scenario,
                                  const std::vector<std::vector<DrawRecord>>& chains);
 

@@ -13,7 +13,6 @@
 
 #include "db/store.h"
 #include "sampler/target.h"
-#include "server/api/views.h"
 #include "server/chains/chain_run.h"
 #include "worlds/document.h"
 #include "worlds/parameters.h"
@@ -129,9 +128,12 @@ void CommandLine::add_sample() {
   command->add_option("--index", options.index, "Which chain of the seed")
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{std::numeric_limits<std::uint32_t>::max()}));
-  const std::string methods = list_of_names(method_names()), ratios = list_of_names(ratios_names());
-  command->add_option("--method", options.method, methods + "; the world's default if absent")
-      ->check(known(method_from, methods));
+  const std::string methods = list_of_names(method_names()) + ", " + std::string(kAutoMethod);
+  const std::string ratios = list_of_names(ratios_names());
+  command->add_option("--method", options.method, methods + ", which is the world's default")
+      ->capture_default_str()
+      ->check(
+          known([](const std::string& name) { return name == kAutoMethod || method_from(name); }, methods));
   command->add_option("--ratios", options.ratios, "exact, or paper for the published behaviour")
       ->capture_default_str()
       ->check(known(ratios_from, ratios));

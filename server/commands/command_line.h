@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/api/limits.h"
+#include "server/api/views.h"
 
 namespace retake {
 
@@ -58,7 +59,7 @@ struct SampleOptions {
   std::optional<std::uint64_t> ess;    ///< effective samples
   std::optional<std::uint64_t> seed;
   std::uint32_t index = 0;
-  std::string method;  ///< empty: the world's default
+  std::string method{kAutoMethod};
   std::string ratios = "exact";
   std::optional<std::uint64_t> iterations;
   std::optional<double> seconds;

@@ -39,10 +39,12 @@ ChainRecord chain_record(const SampleOptions& options, const Scenario& scenario)
   record.index = options.index;
   record.id = "seed" + std::to_string(record.seed);
   record.scenario = scenario_id(scenario.document());
-  record.method = options.method.empty() ? to_string(scenario.world().default_method()) : options.method;
+  const bool is_auto = options.method == kAutoMethod;
+  record.method = is_auto ? to_string(scenario.world().default_method()) : options.method;
   record.ratios = options.ratios;
   if (!method_from(record.method))
-    throw ConfigurationError("--method must be one of " + list_of_names(method_names()));
+    throw ConfigurationError("--method must be " + std::string(kAutoMethod) + " or one of " +
+                             list_of_names(method_names()));
   if (!ratios_from(record.ratios))
     throw ConfigurationError("--ratios must be one of " + list_of_names(ratios_names()));
   record.stop = {.counted = options.count,

@@ -40,8 +40,8 @@ void expect_posterior(const std::vector<Eigen::MatrixXd>& quantities) {
   const double expected[] = {GaussianToy::kMean, GaussianToy::kMean, GaussianToy::kVariance,
                              GaussianToy::kVariance};
   for (std::size_t i = 0; i < quantities.size(); ++i) {
-    const QuantityDiagnostics of = diagnose(quantities[i]);
-    const double error = of.sd / std::sqrt(ess_mean(quantities[i]));
+    const QuantityDiagnostics of = diagnose(chains_of(quantities[i]));
+    const double error = of.sd / std::sqrt(ess_mean(chains_of(quantities[i])));
     EXPECT_LT(error, 0.02) << "too few draws to tell";
     EXPECT_LT(std::abs(of.mean - expected[i]) / error, kLargestZ)
         << i << ": " << of.mean << " not " << expected[i];

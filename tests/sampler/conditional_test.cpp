@@ -25,7 +25,7 @@ TwoModes rare_toy() {
 ChainSettings rare_settings(std::uint64_t seed) {
   return {.seed = seed,
           .method = Method::conditional,
-          .learning = {.hits = 60, .plain_hits = 8, .draws = 45'000}};
+          .learning = {.hits = 60, .plain_hits = 8, .draws = 45'000, .plain_draws = 0}};
 }
 
 class ConditionalTest : public ::testing::TestWithParam<TwoModes> {};
@@ -48,7 +48,7 @@ TEST_P(ConditionalTest, IsExactHoweverLittleItLearned) {
   // One chain each, as the faults of many redraws would cancel; its batches stand for seeds.
   const Truth truth = truth_of(GetParam(), 1'000'000, 307);
   ChainSettings settings = with_seed(308);
-  settings.learning = {.hits = 6, .plain_hits = 1, .draws = 20'000};
+  settings.learning = {.hits = 6, .plain_hits = 1, .draws = 20'000, .plain_draws = 0};
   Chain chain(GetParam().target(), settings);
   ToySimulator simulator = GetParam().simulator();
   while (chain.counts().iteration == 0 || chain.counts().is_learning)
@@ -128,8 +128,11 @@ TEST(SlowConditional, TheLastDrawOfEachSeedIsADrawOfTheTarget) {
 }
 
 TEST(Conditional, GivesThePriorBackWhenEverythingSatisfies) {
-  expect_the_prior_back(
-      {.seed = 321, .method = Method::conditional, .learning = {.hits = 20, .plain_hits = 3}}, kSeeds, 4000);
+  expect_the_prior_back({.seed = 321,
+                         .method = Method::conditional,
+                         .learning = {.hits = 20, .plain_hits = 3, .plain_draws = 0}},
+                        kSeeds, 4000);
+  expect_the_prior_back({.seed = 348, .method = Method::conditional}, kSeeds, 4000);
 }
 
 TEST(Conditional, ThrowsWhereThePriorIsNowhereInItsSupport) {
@@ -140,7 +143,7 @@ TEST(Conditional, LearningEndsByCountsOfDrawsToo) {
   // Hits that would never be enough: it ends after so many draws.
   const TwoModes toy;
   ChainSettings settings = with_seed(323);
-  settings.learning = {.hits = 1'000'000, .plain_hits = 1e9, .draws = 1500};
+  settings.learning = {.hits = 1'000'000, .plain_hits = 1e9, .draws = 1500, .plain_draws = 0};
   Chain chain(toy.target(), settings);
   ToySimulator simulator = toy.simulator();
   for (int i = 1; i < 1500; ++i) {
@@ -162,9 +165,9 @@ TEST(Conditional, WhereLocalMovesFailCountsNoLess) {
   target->least_satisfied = 0;
   std::vector<double> shares;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    Chain chain(
-        target,
-        {.seed = 330 + seed, .method = Method::conditional, .learning = {.hits = 20, .plain_hits = 5}});
+    Chain chain(target, {.seed = 330 + seed,
+                         .method = Method::conditional,
+                         .learning = {.hits = 20, .plain_hits = 5, .plain_draws = 0}});
     ToySimulator simulator(constant);
     simulator.satisfies = [&](const State& state) { return state[0] >= 0.75 || is_in_slit(state[0]); };
     StayGatherer gatherer;
@@ -202,11 +205,13 @@ TEST(Conditional, ConstantsOfTheConstraintDoNotMatter) {
 
 /// Past a thousand hits are thinned.
 ChainSettings many_hits(std::uint64_t seed) {
-  return {.seed = seed, .method = Method::conditional, .learning = {.hits = 1010, .plain_hits = 1}};
+  return {.seed = seed,
+          .method = Method::conditional,
+          .learning = {.hits = 1010, .plain_hits = 1, .plain_draws = 0}};
 }
 
 TEST(Conditional, ResumesWhereHitsAreThinned) {
-  expect_resumes({.height = Height::sloped, .hazards = true}, many_hits(326), 4000,
+  expect_resumes({.height = Height::sloped, .hazards = true}, many_hits(326), 6000,
                  [](int i) { return i % 101 == 0; });
 }
 
@@ -273,7 +278,7 @@ TEST(Conditional, EarlyRejectionChangesNothingWithinTheLadder) {
 
 TEST(Conditional, DamagedCheckpointsAreRefusedInEveryPhase) {
   ChainSettings settings = with_seed(341);
-  settings.learning = {.hits = 12, .plain_hits = 1, .draws = 20'000};
+  settings.learning = {.hits = 12, .plain_hits = 1, .draws = 20'000, .plain_draws = 0};
   for (const bool rare : {false, true}) {
     settings.learning.draws = rare ? 45'000 : 20'000;
     const TwoModes toy = rare ? rare_toy() : TwoModes{.height = Height::sloped, .hazards = true};

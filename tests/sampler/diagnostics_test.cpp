@@ -105,11 +105,11 @@ MatrixXd normal_draws(Index iterations, Index chains, std::uint64_t seed) {
 }
 
 void expect_all_nan(const MatrixXd& draws) {
-  const QuantityDiagnostics diagnostics = diagnose(draws);
+  const QuantityDiagnostics diagnostics = diagnose(chains_of(draws));
   EXPECT_TRUE(std::isnan(diagnostics.rhat));
   EXPECT_TRUE(std::isnan(diagnostics.ess_bulk));
   EXPECT_TRUE(std::isnan(diagnostics.ess_tail));
-  EXPECT_TRUE(std::isnan(ess_mean(draws)));
+  EXPECT_TRUE(std::isnan(ess_mean(chains_of(draws))));
   EXPECT_TRUE(std::isnan(diagnostics.mean));
   EXPECT_TRUE(std::isnan(diagnostics.sd));
 }
@@ -119,23 +119,23 @@ TEST(Diagnostics, AgreeWithPosterior) {
   EXPECT_EQ(cases.size(), 41u);
   for (const auto& reference : cases) {
     SCOPED_TRACE(reference.name);
-    const QuantityDiagnostics actual = diagnose(reference.draws);
+    const QuantityDiagnostics actual = diagnose(chains_of(reference.draws));
     expect_close(actual.rhat, reference.expected.rhat, "rhat");
     expect_close(actual.ess_bulk, reference.expected.ess_bulk, "ess_bulk");
     expect_close(actual.ess_tail, reference.expected.ess_tail, "ess_tail");
     expect_close(actual.mean, reference.expected.mean, "mean");
     expect_close(actual.sd, reference.expected.sd, "sd");
-    expect_close(ess_mean(reference.draws), reference.expected_ess_mean, "ess_mean");
+    expect_close(ess_mean(chains_of(reference.draws)), reference.expected_ess_mean, "ess_mean");
     expect_close(integrated_autocorrelation_time(reference.draws.col(0)), reference.expected_tau, "tau");
   }
 }
 
 TEST(Diagnostics, DiagnoseGathersTheSingleFunctions) {
   const MatrixXd draws = normal_draws(50, 3, 1);
-  const QuantityDiagnostics diagnostics = diagnose(draws);
-  EXPECT_EQ(diagnostics.rhat, rank_normalised_split_rhat(draws));
-  EXPECT_EQ(diagnostics.ess_bulk, ess_bulk(draws));
-  EXPECT_EQ(diagnostics.ess_tail, ess_tail(draws));
+  const QuantityDiagnostics diagnostics = diagnose(chains_of(draws));
+  EXPECT_EQ(diagnostics.rhat, rank_normalised_split_rhat(chains_of(draws)));
+  EXPECT_EQ(diagnostics.ess_bulk, ess_bulk(chains_of(draws)));
+  EXPECT_EQ(diagnostics.ess_tail, ess_tail(chains_of(draws)));
 }
 
 // Each estimate has a relative standard error below 6 %, so a bound of 30 % fails by chance once in 10^6
@@ -149,35 +149,35 @@ TEST(Diagnostics, LongAutoregressionHasItsIntegratedAutocorrelationTime) {
     }
     const double tau = (1.0 + coefficient) / (1.0 - coefficient);
     EXPECT_NEAR(integrated_autocorrelation_time(draws.col(0)) / tau, 1.0, 0.3);
-    EXPECT_NEAR(ess_mean(draws) * tau / static_cast<double>(draws.size()), 1.0, 0.3);
-    EXPECT_NEAR(ess_bulk(draws) * tau / static_cast<double>(draws.size()), 1.0, 0.3);
-    EXPECT_NEAR(rank_normalised_split_rhat(draws), 1.0, 0.01);
+    EXPECT_NEAR(ess_mean(chains_of(draws)) * tau / static_cast<double>(draws.size()), 1.0, 0.3);
+    EXPECT_NEAR(ess_bulk(chains_of(draws)) * tau / static_cast<double>(draws.size()), 1.0, 0.3);
+    EXPECT_NEAR(rank_normalised_split_rhat(chains_of(draws)), 1.0, 0.01);
   }
 }
 
 TEST(Diagnostics, BulkAndTailDependOnRanksOnly) {
   const MatrixXd draws = normal_draws(200, 2, 3);
   const MatrixXd stretched = draws.array().cube().exp();
-  EXPECT_EQ(ess_bulk(stretched), ess_bulk(draws));
-  EXPECT_EQ(ess_tail(stretched), ess_tail(draws));
+  EXPECT_EQ(ess_bulk(chains_of(stretched)), ess_bulk(chains_of(draws)));
+  EXPECT_EQ(ess_tail(chains_of(stretched)), ess_tail(chains_of(draws)));
 }
 
 TEST(Diagnostics, RhatSeesAChainOfAnotherPlaceAndOneOfAnotherWidth) {
   const MatrixXd draws = normal_draws(400, 4, 5);
-  EXPECT_LT(rank_normalised_split_rhat(draws), 1.01);
+  EXPECT_LT(rank_normalised_split_rhat(chains_of(draws)), 1.01);
   MatrixXd moved = draws;
   moved.col(2).array() += 1.0;
-  EXPECT_GT(rank_normalised_split_rhat(moved), 1.05);
+  EXPECT_GT(rank_normalised_split_rhat(chains_of(moved)), 1.05);
   MatrixXd widened = draws;
   widened.col(2) *= 4.0;
-  EXPECT_GT(rank_normalised_split_rhat(widened), 1.05);
+  EXPECT_GT(rank_normalised_split_rhat(chains_of(widened)), 1.05);
 }
 
 TEST(Diagnostics, ChainsStuckApartNeverAgree) {
   MatrixXd draws(20, 3);
   draws.rowwise() = Eigen::RowVector3d(1.0, 2.0, 4.0);
-  EXPECT_EQ(rank_normalised_split_rhat(draws), kInfinity);
-  EXPECT_LT(ess_bulk(draws), 6.0);
+  EXPECT_EQ(rank_normalised_split_rhat(chains_of(draws)), kInfinity);
+  EXPECT_LT(ess_bulk(chains_of(draws)), 6.0);
 }
 
 TEST(Diagnostics, AnyDrawThatIsNotFiniteGivesNaN) {
@@ -198,13 +198,97 @@ TEST(Diagnostics, NoDrawsGiveNaN) {
 
 TEST(Diagnostics, ShortChainsGiveNaN) {
   for (Index iterations = 1; iterations < 4; ++iterations) {
-    EXPECT_TRUE(std::isnan(rank_normalised_split_rhat(normal_draws(iterations, 4, 13))));
+    EXPECT_TRUE(std::isnan(rank_normalised_split_rhat(chains_of(normal_draws(iterations, 4, 13)))));
   }
-  EXPECT_FALSE(std::isnan(rank_normalised_split_rhat(normal_draws(4, 4, 13))));
+  EXPECT_FALSE(std::isnan(rank_normalised_split_rhat(chains_of(normal_draws(4, 4, 13)))));
   for (Index iterations = 1; iterations < 6; ++iterations) {
-    EXPECT_TRUE(std::isnan(ess_bulk(normal_draws(iterations, 4, 13))));
+    EXPECT_TRUE(std::isnan(ess_bulk(chains_of(normal_draws(iterations, 4, 13)))));
   }
-  EXPECT_FALSE(std::isnan(ess_bulk(normal_draws(6, 4, 13))));
+  EXPECT_FALSE(std::isnan(ess_bulk(chains_of(normal_draws(6, 4, 13)))));
+}
+
+// --- Chains that differ in length -----------------------------------------------------------------
+
+/// A walk of each length about its place, with a standard deviation of 1.
+ChainDraws ragged(const std::vector<std::pair<Index, double>>& lengths_and_places, double memory,
+                  std::uint64_t seed) {
+  ChainDraws chains;
+  for (const auto& [length, place] : lengths_and_places)
+    chains.push_back(walks(length, 1, memory, seed++).col(0).array() + place);
+  return chains;
+}
+
+TEST(RaggedDiagnostics, ALongChainDoesNotHideShortOnesThatDisagree) {
+  const std::vector<std::pair<Index, double>> apart = {{30, -9}, {30, -6}, {30, -3},
+                                                       {30, 3},  {30, 6},  {30, 9}};
+  auto with_long = apart;
+  with_long.push_back({3000, 0});
+  EXPECT_GT(diagnose(ragged(apart, 0, 1)).rhat, 2);
+  const ChainDraws draws = ragged(with_long, 0, 1);
+  EXPECT_GT(diagnose(draws).rhat, 1.1);
+  EXPECT_LT(ess_across(draws), 30);
+  EXPECT_LT(diagnose(draws).ess_bulk, 300);
+  // Whichever comes first.
+  const ChainDraws turned(draws.rbegin(), draws.rend());
+  EXPECT_NEAR(diagnose(turned).rhat, diagnose(draws).rhat, 1e-9);
+  EXPECT_NEAR(ess_across(turned), ess_across(draws), 1e-6);
+}
+
+TEST(RaggedDiagnostics, ChainsThatAgreeAreWorthWhatTheyHaveSeen) {
+  // n draws that keep m of the one before are worth n (1 - m) / (1 + m), however they are cut into chains.
+  for (const double memory : {0.0, 0.6}) {
+    double bulk = 0, mean = 0, across = 0, rhat = 0;
+    constexpr int kSeeds = 40;
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+      const ChainDraws draws = ragged(
+          {{4000, 0}, {1000, 0}, {1000, 0}, {300, 0}, {300, 0}, {100, 0}, {100, 0}}, memory, 100 * seed + 7);
+      const QuantityDiagnostics found = diagnose(draws);
+      bulk += std::log(found.ess_bulk);
+      mean += std::log(ess_mean(draws));
+      across += 1 / ess_across(draws);
+      rhat = std::max(rhat, found.rhat);
+    }
+    const double expected = 6800 * (1 - memory) / (1 + memory);
+    EXPECT_NEAR(std::exp(bulk / kSeeds), expected, 0.15 * expected) << memory;
+    EXPECT_NEAR(std::exp(mean / kSeeds), expected, 0.15 * expected) << memory;
+    // The mean of 40 chi-squares of 6 degrees is known to 9 %.
+    EXPECT_NEAR(kSeeds / across, expected, 0.45 * expected) << memory;
+    EXPECT_LT(rhat, memory == 0 ? 1.02 : 1.05) << memory;
+  }
+}
+
+TEST(RaggedDiagnostics, OneDrawMoreIsOneDrawMore) {
+  ChainDraws draws = ragged({{400, 0}, {400, 0}, {400, 0}}, 0.3, 3);
+  const QuantityDiagnostics equal = diagnose(draws);
+  draws[1] = draws[1].head(398).eval();
+  const QuantityDiagnostics cut = diagnose(draws);
+  EXPECT_NEAR(cut.rhat, equal.rhat, 2e-3);
+  EXPECT_NEAR(cut.ess_bulk, equal.ess_bulk, 0.03 * equal.ess_bulk);
+  EXPECT_NEAR(cut.ess_tail, equal.ess_tail, 0.1 * equal.ess_tail);
+}
+
+TEST(RaggedDiagnostics, OfEqualChainsTheSpreadIsThatOfTheirMeans) {
+  const MatrixXd draws = walks(200, 5, 0.5, 4);
+  const VectorXd means = draws.colwise().mean().transpose();
+  const double of_means = (means.array() - means.mean()).square().sum() / 4;
+  const double of_all = (draws.array() - draws.mean()).square().sum() / (1000 - 1.0);
+  EXPECT_NEAR(ess_across(chains_of(draws)), 5 * of_all / of_means, 1e-9 * of_all / of_means);
+  EXPECT_TRUE(std::isnan(ess_across(chains_of(draws.leftCols(1)))));
+  EXPECT_TRUE(std::isnan(ess_across(chains_of(MatrixXd::Constant(10, 3, 2)))));
+}
+
+TEST(RaggedDiagnostics, AChainThatNeverMovesIsWorthLittleBesideOneThatDoes) {
+  ChainDraws draws = ragged({{500, 0}}, 0, 5);
+  draws.push_back(VectorXd::Constant(200, 3));
+  EXPECT_GT(diagnose(draws).rhat, 1.2);
+  EXPECT_LT(diagnose(draws).ess_bulk, 30);
+}
+
+TEST(RaggedDiagnostics, AChainThatIsTooShortGivesNaN) {
+  ChainDraws draws = ragged({{100, 0}, {3, 0}}, 0, 6);
+  EXPECT_TRUE(std::isnan(rank_normalised_split_rhat(draws)));
+  draws.push_back(VectorXd(0));
+  EXPECT_TRUE(std::isnan(ess_bulk(draws)));
 }
 
 TEST(RoughEss, TellsSlowQuantitiesFromQuickOnes) {
@@ -212,7 +296,7 @@ TEST(RoughEss, TellsSlowQuantitiesFromQuickOnes) {
   for (const double memory : {0.0, 0.5, 0.9}) {
     double sum = 0;
     for (std::uint64_t seed = 0; seed < 100; ++seed)
-      sum += std::log(ess_rough(walks(900, 4, memory, seed)));
+      sum += std::log(ess_rough(chains_of(walks(900, 4, memory, seed))));
     const double expected = 3600 * (1 - memory) / (1 + memory);
     EXPECT_GT(std::exp(sum / 100), 0.4 * expected) << memory;
     EXPECT_LT(std::exp(sum / 100), 1.4 * expected) << memory;
@@ -222,18 +306,18 @@ TEST(RoughEss, TellsSlowQuantitiesFromQuickOnes) {
 TEST(RoughEss, ChainsThatDisagreeAndChainsThatDriftAreWorthLittle) {
   MatrixXd apart = walks(400, 3, 0, 1);
   apart.rowwise() += Eigen::RowVector3d(0, 20, 40);
-  EXPECT_LT(ess_rough(apart), 10);
+  EXPECT_LT(ess_rough(chains_of(apart)), 10);
   MatrixXd drifting = walks(400, 2, 0, 2);
   drifting.colwise() += VectorXd::LinSpaced(400, 0, 30);
-  EXPECT_LT(ess_rough(drifting), 10);
+  EXPECT_LT(ess_rough(chains_of(drifting)), 10);
 }
 
 TEST(RoughEss, HasNoFigureWhereThereIsNone) {
-  EXPECT_TRUE(std::isnan(ess_rough(MatrixXd::Constant(50, 2, 3))));
-  EXPECT_TRUE(std::isnan(ess_rough(walks(3, 2, 0, 1))));
+  EXPECT_TRUE(std::isnan(ess_rough(chains_of(MatrixXd::Constant(50, 2, 3)))));
+  EXPECT_TRUE(std::isnan(ess_rough(chains_of(walks(3, 2, 0, 1)))));
   MatrixXd holed = walks(50, 2, 0, 1);
   holed(7, 1) = kNaN;
-  EXPECT_TRUE(std::isnan(ess_rough(holed)));
+  EXPECT_TRUE(std::isnan(ess_rough(chains_of(holed))));
 }
 
 }  // namespace

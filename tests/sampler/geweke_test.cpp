@@ -111,8 +111,10 @@ void expect_calibrated(Method method, std::uint32_t replicas, std::uint64_t coun
     State theta;
     model->draw(random, theta);
     ToySimulator simulator(likelihood(draw_data(theta, random)));
-    Chain chain(target,
-                {.seed = 91, .index = replica, .method = method, .learning = {.hits = 20, .plain_hits = 3}});
+    Chain chain(target, {.seed = 91,
+                         .index = replica,
+                         .method = method,
+                         .learning = {.hits = 20, .plain_hits = 3, .plain_draws = 0}});
     DrawWatcher watcher;
     const auto truth = quantities(theta);
     std::array<std::size_t, 4> below{};

@@ -35,7 +35,7 @@ Block philox(Block counter, std::array<std::uint64_t, 2> key) {
 std::vector<RandomAddress> neighbours() {
   const RandomAddress first{
       .seed = 7, .chain = 3, .replica = 2, .purpose = Purpose::proposal, .iteration = 1000};
-  std::vector<RandomAddress> addresses(10, first);
+  std::vector<RandomAddress> addresses(11, first);
   addresses[1].seed = 8;
   addresses[2].chain = 4;
   addresses[3].replica = 3;
@@ -45,6 +45,7 @@ std::vector<RandomAddress> neighbours() {
   addresses[7].seed += std::uint64_t{1} << 63;
   addresses[8].chain += 1u << 31;
   addresses[9].iteration += std::uint64_t{1} << 40;
+  addresses[10].method = 1;
   return addresses;
 }
 
@@ -60,16 +61,16 @@ TEST(Random, HasThePublishedKnownAnswer) {
 TEST(Random, DrawsAreTheDocumentedFunctionOfTheirAddress) {
   for (const RandomAddress& address : neighbours()) {
     RandomStream random(address);
-    const std::array<std::uint64_t, 2> key{address.seed, (std::uint64_t{address.chain} << 32) |
-                                                             (std::uint64_t{address.replica} << 16) |
-                                                             static_cast<std::uint64_t>(address.purpose)};
+    const std::array<std::uint64_t, 2> key{
+        address.seed, (std::uint64_t{address.chain} << 32) | (std::uint64_t{address.replica} << 16) |
+                          (std::uint64_t{address.method} << 8) | static_cast<std::uint64_t>(address.purpose)};
     for (std::uint64_t draw = 0; draw < 1000; ++draw)
       ASSERT_EQ(random.bits(), philox({address.iteration, draw / 4, 0, 0}, key)[draw % 4]) << draw;
   }
 }
 
 TEST(Random, EveryFieldOfTheAddressGivesAnotherStream) {
-  // 10 streams of 1,000 draws of 64 bits: a chance collision has probability 3e-12.
+  // 11 streams of 1,000 draws of 64 bits: a chance collision has probability 3e-12.
   std::set<std::uint64_t> seen;
   for (const RandomAddress& address : neighbours()) {
     RandomStream random(address);

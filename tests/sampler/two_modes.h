@@ -256,6 +256,7 @@ inline int covered(const std::vector<Said>& runs, OddsBasis basis, double probab
 }
 
 /// A learning that ends soon, for tests that take many seeds.
-inline constexpr LearningLimits kShortLearning{.hits = 60, .plain_hits = 8, .draws = 20'000};
+inline constexpr LearningLimits kShortLearning{
+    .hits = 60, .plain_hits = 8, .draws = 20'000, .plain_draws = 0};
 
 }  // namespace retake::tests

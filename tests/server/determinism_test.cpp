@@ -77,7 +77,7 @@ std::vector<Walk> walks() {
        json::parse(R"({"seed":18,"method":"conditional","stop":{"iterations":1500}})")},
       // Draws that are placed, and dice that may meet.
       {"dice_placed", dice_document({{"dice", 1}}, 0.02),
-       json::parse(R"({"seed":19,"method":"conditional","stop":{"iterations":2500}})"), 15},
+       json::parse(R"({"seed":19,"method":"conditional","stop":{"iterations":6000}})"), 15},
       {"dice_guided", dice_document({{"dice", 2}}, 0.02),
        json::parse(R"({"seed":20,"method":"conditional","stop":{"iterations":2500}})"), 8}};
 }

@@ -219,6 +219,17 @@ TEST_F(ApiChains, Chains_are_started_with_seed_and_index_and_shown_alike_everywh
   EXPECT_EQ(daemon.get("/v1/scenarios/" + scenario).json()["samples"], 12);
 }
 
+TEST_F(ApiChains, The_method_auto_is_the_worlds_own_and_the_record_says_which) {
+  const std::string wish = daemon.add_scenario(wish_document(1, 0.5));
+  const std::string chain =
+      daemon.add_chains(wish, json::parse(R"({"method":"auto","seed":7,"stop":{"samples":4}})")).at(0);
+  EXPECT_EQ(daemon.chain(chain)["method"], daemon.get("/v1/worlds/ball2d").json()["default_method"]);
+  const Answer again =
+      daemon.post("/v1/scenarios/" + wish + "/chains", json::parse(R"({"seed":7,"stop":{"samples":4}})"));
+  EXPECT_EQ(again.status, 200);
+  EXPECT_EQ(again.json()["chains"][0]["id"], chain) << "it is the same chain";
+}
+
 TEST_F(ApiChains, What_a_chain_learned_is_a_lesson_and_the_next_one_begins_from_it) {
   const std::string wish = daemon.add_scenario(wish_document(1, 0.05));
   const std::string lessons = "/v1/scenarios/" + wish + "/lessons";

@@ -17,7 +17,7 @@ class ApiOtherVersion : public ::testing::Test {
     Daemon before(folder.path());
     scenario = before.add_stocked_scenario(wish_document(1, 0.2), 5);
     sample = before.samples(scenario).at(0)["id"];
-    const std::vector<std::string> chains = before.add_chains(before.add_scenario(wish_document(1, 1e-5)),
+    const std::vector<std::string> chains = before.add_chains(before.add_scenario(wish_document(1, 1e-6)),
                                                               json::parse(R"({"count":2,"seed":3})"));
     running = chains[0];
     paused = chains[1];

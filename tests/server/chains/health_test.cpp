@@ -110,13 +110,11 @@ TEST_F(HealthTest, AConstantQuantityIsNoWorstOne) {
   EXPECT_FALSE(health({Draws(100, draw(3)), Draws(100, draw(3))}).effective) << "nothing varies";
 }
 
-TEST_F(HealthTest, AChainThatHasJustBegunDoesNotCostTheOthersTheirDraws) {
-  Health said = health({walk(5), walk(200), walk(200)});
-  EXPECT_EQ(said.chains, 2u);
-  EXPECT_EQ(said.draws_per_chain, 200u);
-  said = health({walk(150), walk(200), walk(200)});
+TEST_F(HealthTest, EveryChainCountsByItsDraws) {
+  Health said = health({walk(5), walk(200), walk(201)});
   EXPECT_EQ(said.chains, 3u);
-  EXPECT_EQ(said.draws_per_chain, 150u);
+  EXPECT_EQ(said.draws_per_chain, 406u / 3);
+  EXPECT_GT(said.effective->samples, 100) << "one that has just begun costs the others nothing";
   said = health({walk(3), walk(4), walk(2)});
   EXPECT_EQ(said.chains, 1u) << "fewer than 4 draws say nothing";
   said = health({walk(3), {}});
@@ -124,6 +122,19 @@ TEST_F(HealthTest, AChainThatHasJustBegunDoesNotCostTheOthersTheirDraws) {
   EXPECT_EQ(said.draws_per_chain, 0u);
   EXPECT_TRUE(said.quantities.empty());
   EXPECT_FALSE(said.effective);
+}
+
+TEST_F(HealthTest, ALongChainDoesNotHideShortOnesThatDisagree) {
+  std::vector<Draws> draws;
+  for (const double place : {-9, -6, -3, 3, 6, 9})
+    draws.push_back(walk(30, 0, place));
+  EXPECT_GT(health(draws).quantities[0].together.rhat, 2);
+  draws.push_back(walk(1000));
+  const Health said = health(draws);
+  EXPECT_EQ(said.chains, 7u);
+  EXPECT_GT(said.quantities[0].together.rhat, 1.1);
+  EXPECT_LT(said.effective->samples, 30);
+  EXPECT_GT(said.effective->within, 900) << "what each claims for itself";
 }
 
 TEST_F(HealthTest, OddsArePooledAndTimesAndSavingsAddedUp) {

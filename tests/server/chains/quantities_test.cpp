@@ -26,14 +26,16 @@ TEST(Quantities, AreVariablesAndMeasuresButNotSets) {
                                           {draw(5, true), draw(6, false)}});
   ASSERT_EQ(all.size(), 3u);
   EXPECT_EQ(all[0].name, "x") << "the variable";
-  EXPECT_EQ(all[0].draws, (Eigen::Matrix2d() << 1, 5, 3, 6).finished()) << "the longer chain is thinned";
+  ASSERT_EQ(all[0].draws.size(), 2u);
+  EXPECT_EQ(all[0].draws[0], Eigen::Vector4d(1, 2, 3, 4));
+  EXPECT_EQ(all[0].draws[1], Eigen::Vector2d(5, 6)) << "each chain has its own length";
   EXPECT_EQ(all[1].name, "x") << "the measure";
-  EXPECT_EQ(all[1].draws, (Eigen::Matrix2d() << 10, 50, 30, 60).finished());
+  EXPECT_EQ(all[1].draws[1], Eigen::Vector2d(50, 60));
   EXPECT_EQ(all[2].name, "past_the_middle");
-  EXPECT_EQ(all[2].draws(0, 0), 0);
-  EXPECT_TRUE(std::isnan(all[2].draws(1, 0)));
-  EXPECT_EQ(all[2].draws(0, 1), 1);
-  EXPECT_EQ(all[2].draws(1, 1), 0);
+  EXPECT_EQ(all[2].draws[0][0], 0);
+  EXPECT_EQ(all[2].draws[0][1], 1);
+  EXPECT_TRUE(std::isnan(all[2].draws[0][2]));
+  EXPECT_EQ(all[2].draws[1], Eigen::Vector2d(1, 0));
 }
 
 TEST(Quantities, MembersOfListsAreQuantitiesOfTheirOwn) {
@@ -49,7 +51,7 @@ TEST(Quantities, MembersOfListsAreQuantitiesOfTheirOwn) {
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const Quantity& q) { return q.name == name; });
     EXPECT_NE(found, all.end()) << name;
-    return Eigen::VectorXd(found->draws.col(0));
+    return found->draws.at(0);
   };
   EXPECT_EQ(named("bounce_1").head(3), Eigen::Vector3d(1, -1, 1));
   EXPECT_TRUE(std::isnan(named("bounce_1")[3]));
@@ -60,11 +62,11 @@ TEST(Quantities, MembersOfListsAreQuantitiesOfTheirOwn) {
 /// A column of draws, each of which keeps `memory` of the one before.
 Quantity walked(const std::string& name, bool is_one_of_many, double memory, std::mt19937& random) {
   std::normal_distribution<double> normal;
-  Quantity made{.name = name, .is_one_of_many = is_one_of_many, .draws = Eigen::MatrixXd(400, 1)};
+  Quantity made{.name = name, .is_one_of_many = is_one_of_many, .draws = {Eigen::VectorXd(400)}};
   double x = 0;
   for (Eigen::Index i = 0; i < 400; ++i) {
     x = memory * x + std::sqrt(1 - memory * memory) * normal(random);
-    made.draws(i, 0) = x;
+    made.draws[0][i] = x;
   }
   return made;
 }
@@ -74,12 +76,12 @@ TEST(Quantities, OfVeryManyTheSlowestAreJudgedAndThoseThatStandForThemselves) {
   std::vector<Quantity> all = {walked("alone", false, 0, random)};
   for (int i = 0; i < 500; ++i)
     all.push_back(walked("quick_" + std::to_string(i), true, 0, random));
-  all.push_back({.name = "constant", .is_one_of_many = true, .draws = Eigen::MatrixXd::Constant(400, 1, 2)});
+  all.push_back({.name = "constant", .is_one_of_many = true, .draws = {Eigen::VectorXd::Constant(400, 2)}});
   for (int i = 0; i < 5; ++i)
     all.insert(all.begin() + 70 * (i + 1), walked("slow_" + std::to_string(i), true, 0.97, random));
   std::vector<std::string> names;
   for (const Quantity& quantity : slowest(all)) {
-    EXPECT_EQ(quantity.draws.rows(), 400);
+    EXPECT_EQ(quantity.draws.at(0).size(), 400);
     names.push_back(quantity.name);
   }
   const auto has = [&](const std::string& name) {

@@ -78,6 +78,7 @@ TEST_F(SampleCommand, The_same_seed_prints_the_same_lines_and_another_one_others
     EXPECT_NE(digests("1", method), digests("1", method, "1"));
   }
   EXPECT_NE(digests("1", "metropolis"), digests("1", "rejection"));
+  EXPECT_EQ(digests("1", "auto"), digests("1", "rejection")) << "the stub's default";
 }
 
 TEST_F(SampleCommand, A_line_says_what_its_sample_weighs_in_the_end) {

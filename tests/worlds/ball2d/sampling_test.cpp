@@ -177,7 +177,7 @@ void expect_agreement(const std::vector<Eigen::MatrixXd>& draws, const Reference
   for (std::size_t q = 0; q < kQuantities; ++q) {
     const auto compare = [&](const Eigen::MatrixXd& values, double expected, double expected_error,
                              double tolerance) {
-      const double sd = diagnose(values).sd, error = sd / std::sqrt(ess_mean(values));
+      const double sd = diagnose(chains_of(values)).sd, error = sd / std::sqrt(ess_mean(chains_of(values)));
       const double both = std::hypot(error, expected_error);
       EXPECT_LT(both, tolerance) << "too few draws to tell, quantity " << q;
       EXPECT_LT(std::abs(values.mean() - expected) / both, kLargestZ)
