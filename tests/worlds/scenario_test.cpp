@@ -44,26 +44,26 @@ TEST(Scenario, WithoutItsWorldNothingElseIsJudged) {
 }
 
 /// What measures are, beside what they say of themselves.
-struct Told {
+struct NamedUnit {
   std::string name;
   Measure::Kind kind = Measure::Kind::number;
   std::string list{}, unit{};
-  friend bool operator==(const Told&, const Told&) = default;
+  friend bool operator==(const NamedUnit&, const NamedUnit&) = default;
 };
-std::vector<Told> told(const Scenario& scenario) {
-  std::vector<Told> all;
+std::vector<NamedUnit> told(const Scenario& scenario) {
+  std::vector<NamedUnit> all;
   for (const Measure& measure : scenario.measures())
     all.push_back({measure.name, measure.kind, measure.list, measure.unit});
   return all;
 }
 
 /// What the ball of ball2d measures by itself.
-const std::vector<Told> kBallMeasures = {{.name = "x", .unit = "m"},
-                                         {"bounce_1", Measure::Kind::integer, "bounces"},
-                                         {"bounce_2", Measure::Kind::integer, "bounces"},
-                                         {"bounce_3", Measure::Kind::integer, "bounces"},
-                                         {"bounce_4", Measure::Kind::integer, "bounces"},
-                                         {"bounce_5", Measure::Kind::integer, "bounces"}};
+const std::vector<NamedUnit> kBallMeasures = {{.name = "x", .unit = "m"},
+                                              {"bounce_1", Measure::Kind::integer, "bounces"},
+                                              {"bounce_2", Measure::Kind::integer, "bounces"},
+                                              {"bounce_3", Measure::Kind::integer, "bounces"},
+                                              {"bounce_4", Measure::Kind::integer, "bounces"},
+                                              {"bounce_5", Measure::Kind::integer, "bounces"}};
 
 TEST(Scenario, ConstraintsAreRequiredButMayBeNone) {
   EXPECT_EQ(fault_pointers({{"world", "ball2d"}}), std::vector<std::string>{"/constraints"});
@@ -127,12 +127,12 @@ TEST(Scenario, ItsDocumentReadsBackAsItself) {
 TEST(Scenario, MeasuresOfEqualTermsHaveUniqueNames) {
   const auto scenario = read_scenario(R"({"world":"ball2d","constraints":[
     {"kind":"rest_position","x":1},{"kind":"rest_position","x":-1},{"kind":"rest_position","x":0.5}]})");
-  std::vector<Told> expected = kBallMeasures;
+  std::vector<NamedUnit> expected = kBallMeasures;
   for (const char* name : {"miss", "miss_2", "miss_3"})
     expected.push_back({.name = name, .unit = "m"});
   EXPECT_EQ(told(*scenario), expected);
   std::vector<std::string> names;
-  for (const Told& measure : expected)
+  for (const NamedUnit& measure : expected)
     names.push_back(measure.name);
   EXPECT_EQ(scenario->target(Ratios::exact)->measure_names, names);
   const auto performer = scenario->make_performer();
@@ -145,25 +145,25 @@ TEST(Scenario, MeasuresOfEqualTermsHaveUniqueNames) {
 
 TEST(Scenario, MeasuresKeepTheirKinds) {
   const auto scenario = read_stub_scenario({{"world", "stub"}, {"constraints", {{{"kind", "before"}}}}});
-  EXPECT_EQ(told(*scenario), (std::vector<Told>{{"x"},
-                                                {"past_the_middle", Measure::Kind::flag},
-                                                {"passed", Measure::Kind::integer_set},
-                                                {"past_the_middle_2", Measure::Kind::flag}}));
+  EXPECT_EQ(told(*scenario), (std::vector<NamedUnit>{{"x"},
+                                                     {"past_the_middle", Measure::Kind::flag},
+                                                     {"passed", Measure::Kind::integer_set},
+                                                     {"past_the_middle_2", Measure::Kind::flag}}));
 }
 
 TEST(Scenario, ListsOfEqualTermsHaveUniqueNames) {
   const auto scenario = read_scenario(R"({"world":"bowling","constraints":[
     {"kind":"order","events":[{"kind":"fall","body":"pin_1"},{"kind":"fall","body":"pin_2"}]},
     {"kind":"order","events":[{"kind":"fall","body":"pin_2"},{"kind":"fall","body":"pin_3"}]}]})");
-  std::vector<Told> ordered = told(*scenario);
+  std::vector<NamedUnit> ordered = told(*scenario);
   ordered.erase(ordered.begin(), ordered.end() - 6);
   const auto number = Measure::Kind::number, integer = Measure::Kind::integer;
-  EXPECT_EQ(ordered, (std::vector<Told>{{"out_of_order", integer},
-                                        {"event_times_1", number, "event_times", "s"},
-                                        {"event_times_2", number, "event_times", "s"},
-                                        {"out_of_order_2", integer},
-                                        {"event_times_1_2", number, "event_times_2", "s"},
-                                        {"event_times_2_2", number, "event_times_2", "s"}}));
+  EXPECT_EQ(ordered, (std::vector<NamedUnit>{{"out_of_order", integer},
+                                             {"event_times_1", number, "event_times", "s"},
+                                             {"event_times_2", number, "event_times", "s"},
+                                             {"out_of_order_2", integer},
+                                             {"event_times_1_2", number, "event_times_2", "s"},
+                                             {"event_times_2_2", number, "event_times_2", "s"}}));
 }
 
 TEST(Scenario, ADefaultMayDependOnTheModel) {

@@ -293,6 +293,22 @@ Roster roster_of(const Parameters& model) {
   return roster(static_cast<std::size_t>(model.integer("dice")));
 }
 
+/// [m] A die that keeps all its energy, and turns all of it into speed along the table, gets no farther until
+/// its run ends. Of draws eight deviations from the mean.
+double reach_of(const Parameters& model) {
+  constexpr double kDeviations = 8;  // chosen: one draw in 10^15 lies beyond
+  const DiceSettings settings = settings_of(model);
+  const DieShape shape = shape_of(model);
+  const EngineSettings engine;
+  const double height = settings.drop_height + kDeviations * settings.height_spread;
+  const double speed = settings.speed + kDeviations * settings.speed_spread;
+  const double spin = kDeviations * settings.spin_spread;
+  const double squared = speed * speed +
+                         2 * kDeviations * kDeviations * settings.speed_spread * settings.speed_spread +
+                         2 * engine.gravity * height + shape.inertia().sum() * spin * spin;
+  return std::sqrt(2.0) * kDeviations * settings.start_spread + std::sqrt(squared) * kLongestRoll;
+}
+
 std::vector<TermKind> make_term_kinds() {
   const terms::Setting setting{
       .roster = roster_of,
@@ -300,7 +316,8 @@ std::vector<TermKind> make_term_kinds() {
       .length = 0.004,
       .speed = 0.1,
       .source = "chosen: a quarter of a die's side, and a quarter of the speed with which it is thrown",
-      .mark_height = 0.0001};  // chosen: paint on the table
+      .mark_height = 0.0001,  // chosen: paint on the table
+      .reach = reach_of};
   std::vector<TermKind> kinds = {total_term(), terms::face_up_term(setting)};
   const std::vector<TermKind> general = terms::general_terms(setting);
   kinds.insert(kinds.end(), general.begin(), general.end());

@@ -17,7 +17,6 @@ using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLongestRoll = 4;  // [s] after the last start; chosen: dice take 0.65
 
 Vector3d vector_at(const State& state, std::size_t first) {
   return state.segment<3>(static_cast<Eigen::Index>(first));

@@ -21,6 +21,9 @@ enum class GridPose {
   fixed,   ///< glued to the world: control point (0, 0) at the world's origin (the paper)
 };
 
+/// [s] after the last start, when a run ends; chosen: dice take 0.65.
+inline constexpr double kLongestRoll = 4;
+
 struct DiceSettings {
   std::size_t dice = 1;
   GridPose pose = GridPose::random;

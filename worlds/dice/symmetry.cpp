@@ -134,6 +134,48 @@ double log_density(double prior_concentration, const Vector2d& displacement, con
          log_scaled_bessel_i0(prior_concentration);
 }
 
+/// The largest value of a function with one hump on [low, high], looked for ever closer until points lie
+/// `fine` apart; at most 170 values are looked at, whatever the numbers.
+template <typename Function>
+double largest_on(double low, double high, double fine, const Function& function) {
+  constexpr int kPoints = 12, kRounds = 13;  // each narrows to a sixth
+  double most = -std::numeric_limits<double>::infinity();
+  for (int round = 0; round < kRounds; ++round) {
+    const double step = (high - low) / kPoints;
+    double best = low;
+    for (int i = 0; i <= kPoints; ++i) {
+      const double at = low + i * step, value = function(at);
+      if (value <= most) continue;
+      most = value;
+      best = at;
+    }
+    if (!(step > fine)) break;
+    low = std::max(low, best - step);
+    high = std::min(high, best + step);
+  }
+  return most;
+}
+
+/// The largest log_density of a displacement and its mirror image together, over all displacements. None is
+/// longer than the way to the target: a longer one is farther from it in every direction.
+double most_log_density(double prior_concentration, const Vector2d& target, double start_spread) {
+  constexpr double kFine = 0.05;  // deviations; then the largest is known to 0.002
+  const double distance = target.norm(), direction = std::abs(std::atan2(target.y(), target.x()));
+  const Vector2d above(target.x(), std::abs(target.y()));
+  const auto at_angle = [&](double angle) {
+    return largest_on(0, distance, kFine * start_spread, [&](double length) {
+      const Vector2d displacement(length * std::cos(angle), length * std::sin(angle));
+      return log_sum(log_density(prior_concentration, displacement, above, start_spread),
+                     log_density(prior_concentration, mirror(displacement, true), above, start_spread));
+    });
+  };
+  // One of the two is largest along the target, and where they overlap both along x, forwards or back.
+  const double sharpness = prior_concentration + distance * distance / (start_spread * start_spread);
+  const double fine = kFine / std::sqrt(1 + sharpness);
+  return std::max({at_angle(direction), largest_on(0, direction, fine, at_angle),
+                   largest_on(direction, kPi, fine, at_angle)});
+}
+
 }  // namespace
 
 double Symmetry::survival(std::size_t look, std::span<const double> features) const {
@@ -150,16 +192,9 @@ double Symmetry::log_promise(std::size_t look, const Vector2d& rest) const {
 }
 
 double Symmetry::most_log_promise(std::size_t look) const {
-  // Over displacements of every length and angle.
-  const double longest = 2 * std::hypot(wish_.place->x, wish_.place->z);
-  constexpr int kLengths = 100, kAngles = 180;
-  double most = -std::numeric_limits<double>::infinity();
-  for (int i = 0; i <= kLengths; ++i)
-    for (int j = 0; j < kAngles; ++j) {
-      const double length = longest * i / kLengths, angle = 2 * kPi * j / kAngles;
-      most = std::max(most, log_promise(look, {length * std::cos(angle), length * std::sin(angle)}));
-    }
-  return most;
+  const DiceSettings& settings = model_->settings();
+  const double spread = std::hypot(settings.start_spread, look_times(settings)[look].spread);
+  return most_log_density(concentration(settings.speed), {wish_.place->x, wish_.place->z}, spread);
 }
 
 double Symmetry::log_weight_of_place(double speed, const Vector2d& displacement,
@@ -223,18 +258,13 @@ double Symmetry::most_log_weight_of_place() const {
   const DiceSettings& settings = model_->settings();
   const Vector2d centre(wish_.place->x, wish_.place->z);
   const double speed = settings.speed + 5 * settings.speed_spread, radius = wish_.place->radius;
-  const double distance = centre.norm(), step = settings.start_spread / 10;
+  const double distance = centre.norm();
   double most = -std::numeric_limits<double>::infinity();
   for (const double r : {std::max(distance - radius, 0.0), distance, distance + radius}) {
     const Vector2d target = distance > 0 ? Vector2d(centre * (r / distance)) : Vector2d(r, 0);
-    for (double length = 0; length <= r + 5 * settings.start_spread; length += step)
-      for (int i = -180; i <= 180; ++i) {
-        const double angle = i * kPi / 180;
-        const Vector2d displacement(length * std::cos(angle), length * std::sin(angle));
-        most = std::max(most, log_weight_of_place(speed, displacement, target));
-      }
+    most = std::max(most, most_log_density(concentration(speed), target, settings.start_spread));
   }
-  return most + 0.002;  // between the points of the grid
+  return std::log(0.5 * kPi * radius * radius) + most + 0.002;  // between the points that were looked at
 }
 
 }  // namespace retake::dice

@@ -100,6 +100,25 @@ std::vector<Body> RestPosition::markers(const Animation& shown) const {
   return {std::move(mark)};
 }
 
+namespace {
+
+/// A place that nothing can reach is refused, before it is looked for.
+void check_reach(const RestPosition::Place& place, double reach, std::string_view pointer,
+                 std::vector<Fault>& faults) {
+  const double distance = std::hypot(place.x, place.z);
+  if (distance - place.tolerance <= reach) return;
+  std::string text = "nothing comes to rest farther than " + in_words(std::round(10 * reach) / 10) +
+                     " m from where it is thrown, and x = " + in_words(place.x) +
+                     " m, z = " + in_words(place.z) + " m is " + in_words(std::round(10 * distance) / 10) +
+                     " m away";
+  if (distance / 100 <= reach)
+    text += "; were these centimetres? Then x is " + in_words(place.x / 100) + " and z " +
+            in_words(place.z / 100);
+  faults.push_back({append_pointer(pointer, std::abs(place.x) >= std::abs(place.z) ? "x" : "z"), text});
+}
+
+}  // namespace
+
 TermKind rest_position_term(const Setting& setting) {
   std::vector<Parameter> fields;
   if (!setting.flat) fields.push_back(body_field(setting, "What shall come to rest there"));
@@ -122,6 +141,7 @@ TermKind rest_position_term(const Setting& setting) {
                     place.z = term.number("z");
                     find_mover(setting.roster(model), place.body, append_pointer(pointer, "body"), faults);
                   }
+                  if (setting.reach) check_reach(place, setting.reach(model), pointer, faults);
                   return std::make_unique<const RestPosition>(std::move(place), setting);
                 }};
   if (!setting.flat) kind.fit = fit_body(setting);

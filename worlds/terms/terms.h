@@ -24,6 +24,8 @@ struct Setting {
   bool rests_need_frames = false;  ///< rests are not known without frames
   /// All motion is in the plane z = 0; how far a mark reaches to either side of it [m].
   std::optional<double> flat{};
+  /// [m] from the origin, beyond which nothing can come to rest, whatever is drawn; null: no bound is known.
+  std::function<double(const Parameters& model)> reach{};
 };
 
 /// The body comes to rest near a place. In a flat world it has the field x alone and is of the only body.

@@ -1,6 +1,8 @@
 // Symmetry: one die put where it is wished, painted as it is wished, is a draw of p(A | satisfied) with the
 // weight that is stated; the motion stays as it was drawn, bit for bit; what it costs does not depend on how
 // tight the wish is.
+#include "worlds/dice/symmetry.h"
+
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -12,7 +14,6 @@
 #include "tests/sampler/statistics.h"
 #include "tests/sampler/without_roulette.h"
 #include "tests/worlds/fixture.h"
-#include "worlds/dice/symmetry.h"
 
 namespace retake::tests {
 namespace {
@@ -104,6 +105,38 @@ TEST(DiceSymmetry, APlacedThrowEndsWhereItIsWishedWithoutAStep) {
     EXPECT_GT(satisfied, 0.985 * static_cast<double>(throws.size())) << tolerance;
     EXPECT_EQ(stepped, 0) << "of " << throws.size();
   }
+}
+
+TEST(DiceSymmetry, TheLargestWeightIsTheLargest) {
+  // Beside the best of many displacements about the target's direction, about its mirror image, and between.
+  RandomStream random = stream(63);
+  for (const double z : {0.0, 0.0005, 0.005, 0.03, 0.12, -0.12})
+    for (const double x : {0.12, 0.0, -0.05, 0.5})
+      for (const double spread : {0.003, 0.0003, 0.05}) {
+        if (x == 0 && z == 0) continue;
+        const auto scenario = Scenario::read(
+            {{"world", "dice"},
+             {"model", {{"start_spread", spread}}},
+             {"constraints",
+              {{{"kind", "rest_position"}, {"x", x}, {"z", z}, {"sd", 1e-6}, {"tolerance", 1e-6}}}}});
+        const auto& symmetry = dynamic_cast<const dice::Symmetry&>(*scenario->target(Ratios::exact)->placed);
+        const dice::DiceSettings settings;
+        const double fast = settings.speed + 5 * settings.speed_spread;
+        const Eigen::Vector2d target(x, z);
+        const double direction = std::atan2(z, x);
+        double best = -std::numeric_limits<double>::infinity();
+        for (int i = 0; i < 20'000; ++i) {
+          const double length = target.norm() * (i % 2 == 0 ? random.uniform() : 1 - 0.1 * random.uniform());
+          const double angle = i % 5 == 0 ? direction
+                               : i % 5 == 1
+                                   ? direction * random.uniform()
+                                   : direction + 0.3 * std::pow(random.uniform(), 3) * random.gaussian();
+          const Eigen::Vector2d displacement(length * std::cos(angle), length * std::sin(angle));
+          best = std::max(best, symmetry.log_weight_of_place(fast, displacement, target));
+        }
+        EXPECT_LE(best, symmetry.most_log_weight() + 1e-9) << x << ", " << z << ", " << spread;
+        EXPECT_GE(best, symmetry.most_log_weight() - 0.03) << x << ", " << z << ", " << spread;
+      }
 }
 
 /// Numbers of a throw, among them all that placing sets.
