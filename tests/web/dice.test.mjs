@@ -5,7 +5,7 @@ import { api, arrived, drawnTiles, json, newPage, picture, query, shows, startBr
 
 let program, browser, examples, series;
 before(async () => {
-  [program, browser] = await Promise.all([startProgram({ world: "dice", samples: 3, seed: 1 }), startBrowser()]);
+  [program, browser] = await Promise.all([startProgram({ world: "dice", samples: 3, seed: 2 }), startBrowser()]);
   const { worlds } = await api(program, "/v1/worlds");
   examples = worlds.find(({ name }) => name === "dice").examples;
   series = [];
