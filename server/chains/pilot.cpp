@@ -64,7 +64,7 @@ void Pilot::work() {
   while (const auto id = next_scenario()) {
     try {
       look_at(*id);
-    } catch (const std::runtime_error& error) {
+    } catch (const std::exception& error) {
       std::fprintf(stderr, "retake: scenario %s has no pilot: %s\n", id->c_str(), error.what());
     }
   }

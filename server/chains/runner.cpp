@@ -80,7 +80,7 @@ void Runner::resume_stored() {
     } catch (const OtherVersion& reason) {
       std::fprintf(stderr, "retake: chain %s is finished: %s\n", record.id.c_str(), reason.what());
       set_state(record.id, ChainState::finished, kEndedByVersion, record.error);
-    } catch (const std::runtime_error& error) {
+    } catch (const std::exception& error) {
       std::fprintf(stderr, "retake: chain %s cannot go on: %s\n", record.id.c_str(), error.what());
       set_state(record.id, ChainState::failed, "", error.what());
     }
@@ -388,7 +388,8 @@ void Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
     if (!behind && (is_first || run.gathered() >= kSamplesPerCommit || run.awaits_judgement() ||
                     Clock::now() - live->committed_at >= kBetweenCommits))
       hand_over(*live, std::nullopt, "");
-  } catch (const std::runtime_error& error) {
+  } catch (const std::exception& error) {
+    // Whatever it is, memory that runs out included, it ends this chain and nothing else.
     fail(live, error.what());
     return;
   }

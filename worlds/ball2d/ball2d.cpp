@@ -23,7 +23,9 @@ constexpr double kTableHalfLength = 6;  // [m], chosen: holds nearly every bounc
 constexpr double kTableHalfWidth = 1.2, kTableThickness = 0.16;  // [m], chosen
 constexpr double kPlinthHeight = 0.14, kPlinthInset = 0.2;  // [m], chosen: the table seems to float on it
 constexpr double kFloor = 200;                              // [m] to every side, chosen: to the horizon
-constexpr double kMarkReach = 0.6;            // [m] of a mark to either side, chosen: half the table
+constexpr double kMarkReach = 0.6;  // [m] of a mark to either side, chosen: half the table
+constexpr double kLongestFlight =
+    300;  // [s], chosen: 3 min are the longest on Earth, of what can be asked for
 constexpr std::size_t kBall = 0, kTable = 1;  // in Animation::bodies
 constexpr const char *kBallName = "ball", *kTableName = "table";
 
@@ -65,7 +67,8 @@ const ParameterTable& model_table() {
        .maximum = 1000,
        .above_minimum = true,
        .unit = "m/s^2",
-       .summary = "Gravity; it changes the timing but not the path",
+       .summary = "Gravity; it changes the timing but not the path. So much that no ball can fly for longer "
+                  "than 300 s",
        .source = "standard gravity"},
       {.name = "step",
        .default_value = 5 * kDegree,
@@ -262,7 +265,22 @@ class BallWorld final : public World {
              {"model", json::object()},
              {"constraints", {{{"kind", "rest_position"}, {"x", 1.0}, {"sd", 0.1}}}}}};
   }
-  std::shared_ptr<const Scene> make_scene(const Parameters& model, std::vector<Fault>&) const override {
+  std::shared_ptr<const Scene> make_scene(const Parameters& model,
+                                          std::vector<Fault>& faults) const override {
+    // A ball that keeps all its energy goes up and down again once for every collision.
+    const double fall = model.number("drop_height") - kRadius;
+    const double falls = 1 + 2 * static_cast<double>(model.integer("collisions"));
+    if (falls * std::sqrt(2 * fall / model.number("gravity")) > kLongestFlight) {
+      // In three digits, rounded up.
+      const double exact = 2 * fall * std::pow(falls / kLongestFlight, 2);
+      const double digit = std::pow(10, std::floor(std::log10(exact)) - 2);
+      const double least = std::ceil(exact / digit) * digit;
+      faults.push_back({"/model/gravity", "must be at least " + plain_number(least) +
+                                              " m/s^2 with this height and so many collisions: the ball "
+                                              "could fly for longer than " +
+                                              plain_number(kLongestFlight) + " s"});
+      return nullptr;
+    }
     return std::make_shared<const BallScene>(model);
   }
 };

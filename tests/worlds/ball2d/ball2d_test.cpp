@@ -1,7 +1,10 @@
 // The 2D ball's physics: closed forms, and that score mode, frames and events tell the same story.
 // sampling_test.cpp has figure 2 and the exactness of the chains.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -16,6 +19,7 @@ namespace {
 
 using ball2d::Hop;
 using ball2d::kRadius;
+using nlohmann::json;
 
 const double kRestitution = 1 / std::numbers::sqrt2;
 
@@ -231,6 +235,45 @@ TEST(Ball2d, ContactEventsAreTheCollisionsThatPushed) {
       EXPECT_NEAR(flight.collisions.back().impulse, last.vy, 1e-12);
     }
   }
+}
+
+TEST(Ball2d, NoBallFliesForLongerThanTheBudget) {
+  const auto with = [](double height, int collisions, double gravity) {
+    return json{{"world", "ball2d"},
+                {"model",
+                 {{"drop_height", height},
+                  {"collisions", collisions},
+                  {"gravity", gravity},
+                  {"restitution", 1},
+                  {"normal_sd", 0.7}}},
+                {"constraints", json::array()}};
+  };
+  for (const auto& [height, collisions] : {std::pair(4.5, 5), std::pair(100.0, 20), std::pair(0.6, 1)}) {
+    std::string told;
+    try {
+      Scenario::read(with(height, collisions, 1e-7));
+    } catch (const InvalidRequest& refused) {
+      ASSERT_EQ(refused.faults().size(), 1u);
+      EXPECT_EQ(refused.faults()[0].pointer, "/model/gravity");
+      told = refused.faults()[0].detail;
+    }
+    const std::string before = "must be at least ";
+    ASSERT_EQ(told.find(before), 0u) << told;
+    const double least = std::stod(told.substr(before.size()));
+    EXPECT_THROW(Scenario::read(with(height, collisions, 0.99 * least)), InvalidRequest);
+    const auto scenario = Scenario::read(with(height, collisions, least));
+    const auto performer = scenario->make_performer();
+    RandomStream random = stream(158);
+    State tilts;
+    double longest = 0;
+    for (int i = 0; i < 2000; ++i) {
+      scenario->model().draw(random, tilts);
+      longest = std::max(longest, performer->perform(tilts).animation.duration());
+    }
+    EXPECT_LE(longest, 300);
+    EXPECT_GT(longest, 100) << "nor is much refused that would be shorter";
+  }
+  EXPECT_NO_THROW(Scenario::read(with(100, 20, 9.81)));
 }
 
 }  // namespace
