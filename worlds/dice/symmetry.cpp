@@ -73,6 +73,8 @@ double log_scaled_bessel_i0(double x) {
 
 double draw_von_mises(double mean, double concentration, RandomStream& random) {
   if (concentration < 1e-6) return mean + kPi * (2 * random.uniform() - 1);
+  // Densities then agree to 1e-9, and what follows has no digits left.
+  if (concentration > 1e8) return mean + random.gaussian() / std::sqrt(concentration);
   const double tau = 1 + std::sqrt(1 + 4 * concentration * concentration);
   const double rho = (tau - std::sqrt(2 * tau)) / (2 * concentration);
   const double r = (1 + rho * rho) / (2 * rho);

@@ -57,6 +57,23 @@ TEST(DiceSymmetry, AnglesAreVonMises) {
   }
 }
 
+TEST(DiceSymmetry, AnglesAreDrawnWhateverTheConcentration) {
+  RandomStream random({.seed = 64});
+  for (int power = -300; power <= 300; ++power) {
+    const double concentration = std::pow(10, power);
+    double squares = 0;
+    for (int i = 0; i < 200; ++i) {
+      const double angle = dice::draw_von_mises(0, concentration, random);
+      ASSERT_LE(std::abs(angle), std::numbers::pi) << power;
+      squares += angle * angle;
+    }
+    // Of 200 draws the mean square is known to 10 %.
+    if (power > 1) {
+      EXPECT_NEAR(squares / 200 * concentration, 1, 0.6) << power;
+    }
+  }
+}
+
 /// Draws that are placed, one by one: what Placed does in a chain.
 struct PlacedThrow {
   State drawn, placed;
