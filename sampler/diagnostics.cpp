@@ -194,40 +194,54 @@ VectorXd lagged_products(const VectorXd& chain) {
   return products.head(chain.size());
 }
 
-/// The autocovariance at every lag of the longest chain, with the chains' lengths in the denominator. Where
-/// only some chains are so long it has their autocorrelation, with the autocovariance of all at lag 0.
-VectorXd mean_autocovariance(const ChainDraws& chains) {
-  const Index length = longest(chains);
-  VectorXd lagged = VectorXd::Zero(length), of_lag_0 = VectorXd::Zero(length);
+/// The autocorrelation at every lag of the longest chain, as Vehtari et al. combine chains: of those that
+/// reach so far. (Were the others to say how far chains lie apart where they say nothing of what is
+/// remembered, many short ones would make a long one worth nothing.)
+VectorXd autocorrelations(const ChainDraws& chains) {
+  std::vector<VectorXd> products;
+  std::vector<Index> lengths;
   for (const VectorXd& chain : chains) {
-    const VectorXd products = lagged_products(chain);
-    lagged.head(chain.size()) += products;
-    of_lag_0.head(chain.size()).array() += products[0];
+    products.push_back(lagged_products(chain));
+    lengths.push_back(chain.size());
   }
-  const double at_0 = lagged[0] / static_cast<double>(count_of(chains));
-  return (of_lag_0.array() > 0).select(at_0 * lagged.array() / of_lag_0.array(), 0);
+  std::sort(lengths.begin(), lengths.end());
+  lengths.erase(std::unique(lengths.begin(), lengths.end()), lengths.end());
+
+  VectorXd correlations(lengths.back());
+  Index begin = 0;
+  for (const Index length : lengths) {
+    ChainDraws reaching;
+    VectorXd sum = VectorXd::Zero(length);
+    for (std::size_t i = 0; i < chains.size(); ++i)
+      if (chains[i].size() >= length) {
+        reaching.push_back(chains[i]);
+        sum += products[i].head(length);
+      }
+    // Autocovariances have the chains' lengths in the denominator; variance within the chains, and over all.
+    const VectorXd autocovariance = sum / static_cast<double>(count_of(reaching));
+    const double within = variance_within(reaching);
+    const double overall = autocovariance[0] + (reaching.size() > 1 ? variance_of_means(reaching) : 0);
+    for (Index lag = begin; lag < length; ++lag)
+      correlations[lag] = overall > 0 ? 1.0 - (within - autocovariance[lag]) / overall : 1.0;
+    begin = length;
+  }
+  return correlations;
 }
 
 double effective_sample_size(const ChainDraws& chains) {
   const Index length = longest(chains);
-  if (length < 3 || !vary(chains)) return kNaN;
-
-  // Variance within the chains and over all of them
-  const VectorXd autocovariance = mean_autocovariance(chains);
-  const double within = variance_within(chains);
-  double overall = autocovariance[0];
-  if (chains.size() > 1) overall += variance_of_means(chains);
+  if (length < 3 || shortest(chains) < 2 || !vary(chains)) return kNaN;
 
   // Autocorrelations, up to the last pair of Geyer's initial positive sequence
-  const auto autocorrelation = [&](Index lag) { return 1.0 - (within - autocovariance[lag]) / overall; };
+  const VectorXd autocorrelation = autocorrelations(chains);
   VectorXd rho = VectorXd::Zero(length);
   double even = rho[0] = 1.0;
-  double odd = rho[1] = autocorrelation(1);
+  double odd = rho[1] = autocorrelation[1];
   Index last = 0;
   while (last < length - 5 && even + odd > 0.0) {
     last += 2;
-    even = autocorrelation(last);
-    odd = autocorrelation(last + 1);
+    even = autocorrelation[last];
+    odd = autocorrelation[last + 1];
     if (even + odd >= 0.0) {
       rho[last] = even;
       rho[last + 1] = odd;

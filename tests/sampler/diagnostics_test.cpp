@@ -257,6 +257,20 @@ TEST(RaggedDiagnostics, ChainsThatAgreeAreWorthWhatTheyHaveSeen) {
   }
 }
 
+TEST(RaggedDiagnostics, WhatOnlyTheLongChainRemembersCounts) {
+  // One long walk and a hundred of ten draws, none of which reaches as far as the walk remembers. The mean of
+  // all has the variance 2.98e-3 * 4, from the autocovariances 0.95^lag: worth 84 draws.
+  constexpr int kSeeds = 40;
+  double log_sum = 0;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    std::vector<std::pair<Index, double>> lengths(101, {10, 0});
+    lengths[50].first = 1000;
+    log_sum += std::log(ess_mean(ragged(lengths, 0.95, 1000 * seed)));
+  }
+  EXPECT_GT(std::exp(log_sum / kSeeds), 84 / 2.2);
+  EXPECT_LT(std::exp(log_sum / kSeeds), 84 * 1.3);
+}
+
 TEST(RaggedDiagnostics, OneDrawMoreIsOneDrawMore) {
   ChainDraws draws = ragged({{400, 0}, {400, 0}, {400, 0}}, 0.3, 3);
   const QuantityDiagnostics equal = diagnose(draws);
