@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kFewestDraws = 4;   // a chain; below, R-hat is not defined
 constexpr std::size_t kFewestChains = 4;  // chosen: fewer means say too little of their spread
-// Samples of a chain below which it has no effective size: the estimate's floor does not look at them.
-// Chosen.
+// Samples of a chain below which it has no effective size, as the estimate's floor does not look at them, and
+// draws of all chains below which R-hat says nothing but noise. Chosen.
 constexpr std::size_t kFewestSamples = 24;
 constexpr std::size_t kJudgedDraws = 4000;  // chosen: four for each effective sample that may be wished
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -153,13 +153,16 @@ Health health_of(const Scenario& scenario, const std::vector<ChainRecord>& chain
     for (const auto& each : counted.draws)
       count += each.size();
     health.draws_per_chain = count / health.chains;
-    for (const Quantity& quantity : slowest(std::move(all)))
+    for (const Quantity& quantity : slowest(std::move(all))) {
+      QuantityDiagnostics together = diagnose(quantity.draws);
+      if (count < kFewestSamples) together.rhat = kNaN;
       health.quantities.push_back(
           {.name = quantity.name,
            .unit = quantity.unit,
-           .together = diagnose(quantity.draws),
+           .together = together,
            .ess_within = ess_within(quantity.draws),
            .ess_across = health.chains < kFewestChains ? kNaN : ess_across(quantity.draws)});
+    }
   }
   health.effective = effective_of(health, counted);
 

@@ -117,6 +117,9 @@ TEST_F(HealthTest, EveryChainCountsByItsDraws) {
   EXPECT_GT(said.effective->samples, 100) << "one that has just begun costs the others nothing";
   said = health({walk(3), walk(4), walk(2)});
   EXPECT_EQ(said.chains, 1u) << "fewer than 4 draws say nothing";
+  EXPECT_TRUE(std::isnan(said.quantities[0].together.rhat)) << "nor do so few in all";
+  EXPECT_TRUE(std::isnan(health({walk(12), walk(11)}).quantities[0].together.rhat));
+  EXPECT_TRUE(std::isfinite(health({walk(12), walk(12)}).quantities[0].together.rhat));
   said = health({walk(3), {}});
   EXPECT_EQ(said.chains, 0u);
   EXPECT_EQ(said.draws_per_chain, 0u);
