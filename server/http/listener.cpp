@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstring>
 #include <iostream>
+#include <limits>
 #include <netinet/in.h>
 #include <stdexcept>
 #include <sys/socket.h>
@@ -84,20 +85,29 @@ std::string serialised(const HttpResponse& response, const std::string& reason, 
   return text;
 }
 
-/// Counts up for as long as it lives.
-template <typename Count>
+/// Counts up for as long as it lives, unless the total would be above the limit then: what is refused is
+/// never counted, so that it costs nobody else his place.
 class Share {
  public:
-  Share(std::atomic<Count>& total, Count share)
-      : total_(total), share_(share), before_(total.fetch_add(share)) {}
-  ~Share() { total_ -= share_; }
+  explicit Share(std::atomic<std::size_t>& total, std::size_t share,
+                 std::size_t limit = std::numeric_limits<std::size_t>::max())
+      : total_(total), share_(share) {
+    std::size_t before = total.load();
+    do
+      is_taken_ = share == 0 || (before <= limit && share <= limit - before);
+    while (is_taken_ && !total.compare_exchange_weak(before, before + share));
+  }
+  ~Share() {
+    if (is_taken_) total_ -= share_;
+  }
   Share(const Share&) = delete;
   Share& operator=(const Share&) = delete;
-  Count total() const { return before_ + share_; }
+  bool is_taken() const { return is_taken_; }
 
  private:
-  std::atomic<Count>& total_;
-  Count share_, before_;
+  std::atomic<std::size_t>& total_;
+  std::size_t share_;
+  bool is_taken_ = false;
 };
 
 }  // namespace
@@ -251,7 +261,7 @@ class HttpListener::Library final : public httplib::Server {
   /// Called by the library for each connection, on a thread of the queue.
   bool process_and_close_socket(socket_t socket) override {
     try {
-      const Share<std::size_t> counted(open_connections_, 1);
+      const Share counted(open_connections_, 1);
       HttpConnection connection(socket, settings_, load_);
       if (ConnectionQueue::is_surplus())
         turn_away(connection);
@@ -299,8 +309,8 @@ class HttpListener::Library final : public httplib::Server {
         close_with(connection, head, *answer, "See Other");
         return false;
       }
-      const Share<std::size_t> body(buffered_bodies_, head.content_length);
-      if (body.total() > kMostBufferedBodies)
+      const Share body(buffered_bodies_, head.content_length, kMostBufferedBodies);
+      if (!body.is_taken())
         throw HttpProblem(503, "unavailable", "The server is busy", "Too many bodies are being received.", {},
                           {{"Retry-After", "2"}});
       return exchange(connection, head, is_last || !head.keeps_alive);

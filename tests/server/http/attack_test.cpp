@@ -1,5 +1,6 @@
 // Every hostile client of doc/http.md's table, against a server in a process of its own whose memory is
 // watched, while a healthy client is served.
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <fstream>
@@ -274,6 +275,26 @@ TEST(HttpAttack, ManyLargeBodiesAtOnceAreRefusedBeforeTheyAreHeld) {
     return refused >= 20;
   }));
   EXPECT_LT(refused, 40);
+}
+
+TEST(HttpAttack, BodiesThatAreRefusedTakeNobodysPlace) {
+  // As many as may be are on their way, and more and more are refused: who has none is served all the same.
+  const ServerProcess server;
+  const std::string request = post("/echo", std::string(1 << 20, 'a'));
+  const std::string head = request.substr(0, request.find("\r\n\r\n") + 4);
+  const auto held = many_clients(16, server.port(), head);
+  std::atomic<bool> is_enough = false;
+  std::vector<std::thread> refused;
+  for (int i = 0; i < 4; ++i)
+    refused.emplace_back([&] {
+      while (!is_enough)
+        RawClient(server.port()).ask(head, 5);
+    });
+  for (int i = 0; i < 300; ++i)
+    EXPECT_LT(server.answer_seconds(), kServedWithin) << i;
+  is_enough = true;
+  for (std::thread& thread : refused)
+    thread.join();
 }
 
 TEST(HttpAttack, SilentConnectionsDoNotKeepOthersWaiting) {
