@@ -112,6 +112,15 @@ test("what happens comes first, as soon as it differs, and of one kind in all ca
   assert.deepEqual([plain(told.of("s0")).gist, plain(told.of("s2")).gist], ["turns twice", "turns once"]);
 });
 
+test("what more frames tell takes the place of what fewer told, whichever comes first", () => {
+  for (const order of [[30, 60], [60, 30]]) {
+    const told = captions([meaning("x", "m")], { x: 1 }, { x: 2 });
+    told.witness("s1", [{ kind: "turn", words: "turns once" }], 30);
+    for (const rate of order) told.witness("s0", [{ kind: "turn", words: `turns 2.${rate / 10} times` }], rate);
+    assert.equal(plain(told.of("s0")).gist, "turns 2.6 times");
+  }
+});
+
 test("who listens is told once for many changes", async () => {
   const told = captions([meaning("x", "m")], { x: 1 });
   let calls = 0;

@@ -16,6 +16,7 @@ const AGAIN = /_\d+$/;
 export class Captions {
   #samples = new Map();
   #stories = new Map();
+  #rates = new Map(); // at which the stories were seen
   #meanings = [];
   #chosen = null;
   #listeners = new Set();
@@ -33,9 +34,11 @@ export class Captions {
     if (fresh.length) this.#change();
   }
 
-  /** @param {string} id @param {import("./story.js").Happening[]} story */
-  witness(id, story) {
-    if (this.#stories.has(id)) return;
+  /** What was seen at more frames a second takes the place of what was seen at fewer, whichever comes first.
+   * @param {string} id @param {import("./story.js").Happening[]} story @param {number} [rate] frames a second */
+  witness(id, story, rate = 0) {
+    if (this.#rates.get(id) >= rate) return;
+    this.#rates.set(id, rate);
     this.#stories.set(id, story);
     this.#change();
   }

@@ -158,7 +158,7 @@ export class Gallery {
   #newTile(sample) {
     const tile = new Tile(sample, {
       admit: (take, id) => {
-        this.captions.witness(id, take.story);
+        this.captions.witness(id, take.story, take.rate);
         this.#admit(take.framing);
       },
       framing: (take) => this.framing.of(take.framing),

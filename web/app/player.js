@@ -171,7 +171,7 @@ class Player {
   }
 
   #caption() {
-    if (this.take) this.captions?.witness(this.id, this.take.story);
+    if (this.take) this.captions?.witness(this.id, this.take.story, this.take.rate);
     const { gist, more } = this.captions?.of(this.id) ?? { gist: "", more: "" };
     say(this.title, gist ? capital(gist) : "Animation");
     say(this.more, more);
