@@ -85,10 +85,10 @@ double median(std::vector<double> values) {
 std::vector<double> effective(const std::vector<std::vector<double>>& trace) {
   std::vector<double> result;
   for (std::size_t column = 0; column < trace.front().size(); ++column) {
-    Eigen::MatrixXd draws(static_cast<Eigen::Index>(trace.size()), 1);
+    Eigen::VectorXd draws(static_cast<Eigen::Index>(trace.size()));
     for (std::size_t row = 0; row < trace.size(); ++row)
-      draws(static_cast<Eigen::Index>(row), 0) = trace[row][column];
-    result.push_back(ess_mean(chains_of(draws)));
+      draws[static_cast<Eigen::Index>(row)] = trace[row][column];
+    result.push_back(ess_mean({draws}));
   }
   return result;
 }

@@ -179,6 +179,12 @@ TEST(Compiling, APlaceThatNothingReachesIsRefusedWithWhatCanBeReached) {
   EXPECT_EQ(faults[0].detail.find("centimetres"), std::string::npos) << "nor would those be reached";
   EXPECT_TRUE(faults_of(die_at(12, 3, 12)).empty()) << "the disc is wide";
   EXPECT_TRUE(faults_of(die_at(0.5, 0.1)).empty());
+  // A die that another one hits takes its energy, and runs until the last one has.
+  json hit = die_at(10, 0);
+  EXPECT_EQ(faults_of(hit).size(), 1u);
+  hit["model"] = {{"dice", 2}};
+  hit["constraints"][0]["body"] = "die_1";
+  EXPECT_TRUE(faults_of(hit).empty());
   // Who throws harder gets farther.
   json hard = die_at(12, 3);
   hard["model"] = {{"speed", 3}};

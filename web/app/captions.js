@@ -15,8 +15,7 @@ const AGAIN = /_\d+$/;
 
 export class Captions {
   #samples = new Map();
-  #stories = new Map();
-  #rates = new Map(); // at which the stories were seen
+  #stories = new Map(); // what happens, and at how many frames a second it was seen
   #meanings = [];
   #chosen = null;
   #listeners = new Set();
@@ -37,9 +36,8 @@ export class Captions {
   /** What was seen at more frames a second takes the place of what was seen at fewer, whichever comes first.
    * @param {string} id @param {import("./story.js").Happening[]} story @param {number} [rate] frames a second */
   witness(id, story, rate = 0) {
-    if (this.#rates.get(id) >= rate) return;
-    this.#rates.set(id, rate);
-    this.#stories.set(id, story);
+    if (this.#stories.get(id)?.rate >= rate) return;
+    this.#stories.set(id, { story, rate });
     this.#change();
   }
 
@@ -56,7 +54,7 @@ export class Captions {
     if (!sample) return { gist: "", more: "" };
     this.#chosen ??= { kind: this.#tellingKind(), measures: this.#tellingMeasures() };
     const { kind, measures } = this.#chosen;
-    const story = this.#stories.get(id)?.find((happening) => happening.kind === kind)?.words ?? "";
+    const story = this.#stories.get(id)?.story.find((happening) => happening.kind === kind)?.words ?? "";
     const told = measures.map(({ name, read }, at) => says(sample.measures?.[name], name, read, measures[at - 1]?.name)).filter(Boolean);
     const all = [story, ...told].filter(Boolean);
     return story ? { gist: story, more: told.join(" · ") } : { gist: all.join(" · "), more: "" };
@@ -73,7 +71,7 @@ export class Captions {
   /** The first kind of happening that is not the same in all animations seen so far. */
   #tellingKind() {
     const seen = new Map();
-    for (const story of this.#stories.values()) for (const { kind, words } of story) seen.set(kind, (seen.get(kind) ?? new Set()).add(words));
+    for (const { story } of this.#stories.values()) for (const { kind, words } of story) seen.set(kind, (seen.get(kind) ?? new Set()).add(words));
     return [...seen].find(([, words]) => words.size > 1)?.[0];
   }
 

@@ -24,8 +24,8 @@ constexpr double kTableHalfWidth = 1.2, kTableThickness = 0.16;  // [m], chosen
 constexpr double kPlinthHeight = 0.14, kPlinthInset = 0.2;  // [m], chosen: the table seems to float on it
 constexpr double kFloor = 200;                              // [m] to every side, chosen: to the horizon
 constexpr double kMarkReach = 0.6;  // [m] of a mark to either side, chosen: half the table
-constexpr double kLongestFlight =
-    300;  // [s], chosen: 3 min are the longest on Earth, of what can be asked for
+// [s], chosen: of what can be asked for, 3 minutes are the longest on Earth.
+constexpr double kLongestFlight = 300;
 constexpr std::size_t kBall = 0, kTable = 1;  // in Animation::bodies
 constexpr const char *kBallName = "ball", *kTableName = "table";
 

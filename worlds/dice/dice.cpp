@@ -293,8 +293,8 @@ Roster roster_of(const Parameters& model) {
   return roster(static_cast<std::size_t>(model.integer("dice")));
 }
 
-/// [m] A die that keeps all its energy, and turns all of it into speed along the table, gets no farther until
-/// its run ends. Of draws eight deviations from the mean.
+/// [m] A die that keeps all energy, and that of all dice that hit it, and turns it into speed along the
+/// table, gets no farther until the run ends. Of draws eight deviations from the mean.
 double reach_of(const Parameters& model) {
   constexpr double kDeviations = 8;  // chosen: one draw in 10^15 lies beyond
   const DiceSettings settings = settings_of(model);
@@ -306,7 +306,8 @@ double reach_of(const Parameters& model) {
   const double squared = speed * speed +
                          2 * kDeviations * kDeviations * settings.speed_spread * settings.speed_spread +
                          2 * engine.gravity * height + shape.inertia().sum() * spin * spin;
-  return std::sqrt(2.0) * kDeviations * settings.start_spread + std::sqrt(squared) * kLongestRoll;
+  return std::sqrt(2.0) * kDeviations * settings.start_spread +
+         std::sqrt(squared * static_cast<double>(settings.dice)) * longest_run(settings);
 }
 
 std::vector<TermKind> make_term_kinds() {

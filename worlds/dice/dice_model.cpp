@@ -17,7 +17,6 @@ using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-
 Vector3d vector_at(const State& state, std::size_t first) {
   return state.segment<3>(static_cast<Eigen::Index>(first));
 }
@@ -111,8 +110,8 @@ DiceThrow DiceModel::read(const State& state) const {
     };
     thrown.paint.push_back(settings_.random_paint ? paint_of() : kPlainPaint);
   }
-  const double longest = static_cast<double>(settings_.dice - 1) * settings_.interval + kLongestRoll;
-  thrown.scene.latest_step = static_cast<std::int64_t>(std::lround(longest / engine_.time_step));
+  thrown.scene.latest_step =
+      static_cast<std::int64_t>(std::lround(longest_run(settings_) / engine_.time_step));
 
   // Where the grid lies.
   if (settings_.pose == GridPose::random && settings_.dice == 1)

@@ -21,9 +21,6 @@ enum class GridPose {
   fixed,   ///< glued to the world: control point (0, 0) at the world's origin (the paper)
 };
 
-/// [s] after the last start, when a run ends; chosen: dice take 0.65.
-inline constexpr double kLongestRoll = 4;
-
 struct DiceSettings {
   std::size_t dice = 1;
   GridPose pose = GridPose::random;
@@ -37,6 +34,12 @@ struct DiceSettings {
   double spin_spread = 10;       ///< [rad/s] of each component of the angular velocity
   double interval = 0.25;        ///< [s] between the starts of successive dice
 };
+
+/// [s] from the first start, when a run ends.
+inline double longest_run(const DiceSettings& settings) {
+  constexpr double kLongestRoll = 4;  // [s] after the last start; chosen: dice take 0.65
+  return static_cast<double>(settings.dice - 1) * settings.interval + kLongestRoll;
+}
 
 /// A rectangle of control points.
 struct Patch {
