@@ -68,6 +68,12 @@ class Guide {
   virtual const ScoredKernelTable& soft_kernels() const = 0;
   /// Iterations in which everything has been moved about once.
   virtual std::uint64_t sweep() const = 0;
+  /// Whether two satisfied States give animations that nobody would take for one. So a walk finds how long it
+  /// takes to get away from where it was.
+  virtual bool differ(const Model& model, const Simulated& a, const Simulated& b) const {
+    (void)model, (void)a, (void)b;
+    return true;
+  }
 
   /// Whether runs are read: then every Simulated has one.
   virtual bool reads_runs() const { return false; }

@@ -1,6 +1,8 @@
 // See guided.h.
 #include "sampler/guided.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -14,10 +16,25 @@ enum Counters : std::size_t { kBuilding, kFirstKernel };
 
 // In sweeps; chosen.
 constexpr std::uint64_t kBurnIn = 100;
-constexpr std::uint64_t kBetweenSamples = 5;
+constexpr std::uint64_t kLongestBurnIn = 1000;
+constexpr std::uint64_t kBetweenLooks = 5;
 constexpr std::uint64_t kBetweenSoft = 50;
 // Satisfied States of a soft stretch, in fractions of a sweep: they cost several times as much.
 constexpr std::uint64_t kSoftFraction = 2;
+// Chosen: a start is forgotten after so many animations unlike the one before.
+constexpr std::uint64_t kRenewals = 12;
+// From sample to sample, in mean times between such changes. At twice 64 of 100 samples of three dice within
+// 4 mm were like none before.
+constexpr std::uint64_t kApart = 4;
+// Looks; chosen: where animations hardly change, a sample shall still not take longer.
+constexpr std::uint64_t kLongestInterval = 40;
+
+/// Throws: std::out_of_range.
+std::uint64_t read_interval(ByteReader& in) {
+  const auto interval = in.get<std::uint64_t>();
+  if (interval < 1 || interval > kLongestInterval) throw std::out_of_range("an interval that cannot be");
+  return interval;
+}
 
 }  // namespace
 
@@ -76,7 +93,7 @@ bool Guided::step(Simulator& simulator) {
       move(guide_.soft_kernels(), kFirstKernel + guide_.kernels().rows().size(), false, simulator);
       break;
   }
-  return walker_.stay.score.satisfied && go_on();
+  return walker_.stay.score.satisfied && go_on(simulator);
 }
 
 void Guided::build(Simulator& simulator) {
@@ -112,7 +129,7 @@ void Guided::move(const ScoredKernelTable& kernels, std::size_t first_counter, b
 }
 
 /// The walk stands on a satisfied State, where it met one more. True if it notes a sample.
-bool Guided::go_on() {
+bool Guided::go_on(Simulator& simulator) {
   const std::uint64_t sweep = guide_.sweep();
   ++met_;
   ++since_note_;
@@ -124,13 +141,16 @@ bool Guided::go_on() {
     case Phase::building:
       enter(Phase::burning_in);
       since_note_ = 0;
+      left_.stay = walker_.stay;
       return note();  // nobody shall wait until it has burned in
     case Phase::burning_in:
-      if (met_ == kBurnIn * sweep) {
-        enter(Phase::sampling);
-        counts_.is_learning = false;
-      }
-      break;
+      if (since_note_ < kBetweenLooks * sweep) return false;
+      since_note_ = 0;
+      if (met_ < kLongestBurnIn * sweep && (met_ < kBurnIn * sweep || renewals_ < kRenewals))
+        return look_back(simulator) && std::has_single_bit(renewals_) && note();
+      end_burning_in();
+      enter(Phase::sampling);
+      return note();
     case Phase::sampling:
       if (met_ == kBetweenSoft * sweep && !guide_.soft_kernels().rows().empty()) enter(Phase::soft_stretch);
       break;
@@ -138,9 +158,29 @@ bool Guided::go_on() {
       if (met_ > sweep / kSoftFraction) enter(Phase::sampling);
       break;
   }
-  if (since_note_ < kBetweenSamples * sweep) return false;
+  if (since_note_ < interval_ * kBetweenLooks * sweep) return false;
   since_note_ = 0;
   return note();
+}
+
+/// True if the animation has become another one since it did so last.
+bool Guided::look_back(Simulator& simulator) {
+  ++looks_;
+  if (guide_.reads_runs() && !left_.run) renew_run(simulator, left_);
+  if (!guide_.differ(*target_.model, simulated(left_), simulated(walker_))) return false;
+  ++renewals_;
+  left_.stay = walker_.stay;
+  left_.run.reset();
+  return true;
+}
+
+/// Where every look finds another animation, so does every sample; else there is time for several changes
+/// between two, so that most samples are like none before.
+void Guided::end_burning_in() {
+  counts_.is_learning = false;
+  const std::uint64_t looks = kApart * (looks_ - renewals_) + renewals_;
+  interval_ = std::clamp<std::uint64_t>(looks / std::max<std::uint64_t>(renewals_, 1), 1, kLongestInterval);
+  left_ = Walker();
 }
 
 /// True if the walk has moved since it was noted last.
@@ -165,16 +205,18 @@ bool Guided::note() {
 }
 
 // --- Lesson -----------------------------------------------------------------------------------
-// The State that was noted last.
+// The State that was noted last, and the interval between samples.
 
 std::optional<LessonKind> Guided::teach(ByteWriter& out) const {
   if (counts_.is_learning || !noted_.stay.is_sample) return std::nullopt;
   write_state(out, noted_.stay.state);
+  out.put(interval_);
   return LessonKind::place;
 }
 
 void Guided::begin_from(ByteReader& lesson) {
   place_ = read_state(lesson, target_);
+  interval_ = read_interval(lesson);
   phase_ = Phase::sampling;
   counts_.is_learning = false;
 }
@@ -189,6 +231,11 @@ void Guided::write(ByteWriter& out) const {
   out.put(met_);
   out.put(since_note_);
   out.put(moved_at_);
+  out.put(interval_);
+  if (phase_ != Phase::burning_in) return;
+  write_walker(out, left_);
+  out.put(looks_);
+  out.put(renewals_);
 }
 
 void Guided::read(ByteReader& in) {
@@ -202,6 +249,12 @@ void Guided::read(ByteReader& in) {
   met_ = in.get<std::uint64_t>();
   since_note_ = in.get<std::uint64_t>();
   moved_at_ = in.get<std::uint64_t>();
+  interval_ = read_interval(in);
+  if (phase_ == Phase::burning_in) {
+    read_walker(in, target_, left_);
+    looks_ = in.get<std::uint64_t>();
+    renewals_ = in.get<std::uint64_t>();
+  }
   if (counts_.iteration > 0 && (!walker_.was_simulated || noted_.stay.state.size() == 0))
     throw std::out_of_range("a walk that stands nowhere");
 }

@@ -9,7 +9,7 @@
 namespace retake {
 
 /// Raised when what lessons hold changes; one of another version is no longer begun from.
-inline constexpr std::uint32_t kLessonVersion = 1;
+inline constexpr std::uint32_t kLessonVersion = 2;
 
 enum class LessonKind : std::uint8_t {
   unfinished,  ///< the chain ended before it had learned enough; others go on learning from there

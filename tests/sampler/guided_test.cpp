@@ -73,9 +73,12 @@ class Unscored final : public ScoredKernel {
   std::shared_ptr<const Kernel> kernel_;
 };
 
+/// Which States give animations that nobody would take for one.
+enum class Differ { all, modes, none };
+
 class ToyGuide final : public Guide {
  public:
-  ToyGuide(const Model& model, bool stays_in_mode) {
+  ToyGuide(const Model& model, bool stays_in_mode, Differ differ) : differ_(differ) {
     const auto unscored = [](auto kernel) {
       return std::make_shared<const Unscored>(std::make_shared<const decltype(kernel)>(std::move(kernel)));
     };
@@ -103,13 +106,23 @@ class ToyGuide final : public Guide {
   const ScoredKernelTable& kernels() const override { return kernels_; }
   const ScoredKernelTable& soft_kernels() const override { return soft_kernels_; }
   std::uint64_t sweep() const override { return 3; }
+  bool differ(const Model&, const Simulated& a, const Simulated& b) const override {
+    ++looks;
+    const bool are_others = TwoModes::part(a.state) != TwoModes::part(b.state);
+    const bool differ = differ_ == Differ::all || (differ_ == Differ::modes && are_others);
+    renewals += differ ? 1 : 0;
+    return differ;
+  }
+
+  mutable std::uint64_t looks = 0, renewals = 0;
 
  private:
+  Differ differ_;
   ScoredKernelTable kernels_, soft_kernels_;
 };
 
-TwoModes guided(TwoModes toy, bool stays_in_mode = false) {
-  toy.guide = std::make_shared<const ToyGuide>(*toy.target()->model, stays_in_mode);
+TwoModes guided(TwoModes toy, bool stays_in_mode = false, Differ differ = Differ::all) {
+  toy.guide = std::make_shared<const ToyGuide>(*toy.target()->model, stays_in_mode, differ);
   return toy;
 }
 
@@ -133,7 +146,7 @@ TEST_P(GuidedTest, EarlyRejectionChangesNothingButTheWork) {
 }
 
 TEST_P(GuidedTest, LearningWeighsNothing) {
-  expect_learning_weighs_nothing(guided(GetParam()), guided_settings(406), 40'000);
+  expect_learning_weighs_nothing(guided(GetParam()), guided_settings(406), 40'000, 4);
 }
 
 TEST_P(GuidedTest, LessonsTakeThePlaceOfLearning) {
@@ -225,6 +238,64 @@ TEST(Guided, DamagedCheckpointsAreRefused) {
       chain.step(simulator);
     expect_survives_damage(toy, guided_settings(408), chain.checkpoint(), 1);
   }
+}
+
+// --- How long it burns in, and how far apart samples are -----------------------------------------------
+
+/// Runs until a chain has burned in, and on to its second sample that counts. Returns what lies between the
+/// two, in iterations.
+std::uint64_t interval_of(Chain& chain, ToySimulator& simulator) {
+  while (chain.counts().iteration == 0 || chain.counts().is_learning)
+    chain.step(simulator);
+  const std::uint64_t first = chain.counts().iteration;
+  while (!chain.step(simulator)) {
+  }
+  return chain.counts().iteration - first;
+}
+
+TEST(Guided, BurnsInUntilTheAnimationHasChangedOftenEnough) {
+  const TwoModes toy = guided({}, false, Differ::modes);
+  const auto& guide = dynamic_cast<const ToyGuide&>(*toy.guide);
+  Chain chain(toy.target(), guided_settings(447));
+  ToySimulator simulator = toy.simulator();
+  const std::uint64_t interval = interval_of(chain, simulator);
+  EXPECT_GE(guide.renewals, 12u);
+  ASSERT_LT(guide.renewals, guide.looks);
+  // A look comes after five sweeps of satisfied States: every one is, but in soft stretches.
+  const std::uint64_t looks = (4 * (guide.looks - guide.renewals) + guide.renewals) / guide.renewals;
+  EXPECT_GT(looks, 1u);
+  EXPECT_GE(interval, looks * 5 * 3);
+}
+
+TEST(Guided, IsNotWaitedForWithoutEndWhereNothingChanges) {
+  const TwoModes toy = guided({}, false, Differ::none);
+  Chain chain(toy.target(), guided_settings(448));
+  ToySimulator simulator = toy.simulator();
+  while (chain.counts().iteration == 0 || chain.counts().is_learning)
+    chain.step(simulator);
+  EXPECT_GE(chain.counts().iteration, 1000u * 3);
+  EXPECT_LT(chain.counts().iteration, 1000u * 3 + 500);  // it had to find a first one
+  EXPECT_EQ(chain.counts().samples, 2u) << "the first one, and the first that counts";
+  EXPECT_GE(interval_of(chain, simulator), 40u * 5 * 3);
+}
+
+TEST(Guided, ALessonTellsHowFarApartSamplesHaveToBe) {
+  const TwoModes toy = guided({}, false, Differ::none);
+  ChainSettings settings = guided_settings(449);
+  settings.lesson = lesson_of(toy, guided_settings(450)).bytes;
+  Chain chain(toy.target(), settings);
+  ToySimulator simulator = toy.simulator();
+  while (!chain.step(simulator)) {
+  }
+  EXPECT_GE(chain.counts().iteration, 40u * 5 * 3);
+}
+
+TEST_P(GuidedTest, IsExactAndResumesWhereAnimationsChangeSeldom) {
+  const Truth truth = truth_of(GetParam(), 1'000'000, 451);
+  const TwoModes toy = guided(GetParam(), false, Differ::modes);
+  EXPECT_LT(largest_t(runs_of(toy, guided_settings(452), 60'000), truth), kLargestT);
+  expect_early_rejection_changes_nothing(toy, guided_settings(453), 6000);
+  expect_resumes(toy, guided_settings(454), 3000, [](int) { return true; });
 }
 
 TEST(Guided, WhatItMetLastIsNotShownBeforeItIsNoted) {

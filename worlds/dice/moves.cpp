@@ -13,6 +13,7 @@ namespace retake::dice {
 namespace {
 
 using Eigen::Vector2d;
+using Eigen::Vector3d;
 
 class DiceGuide final : public Guide {
  public:
@@ -75,6 +76,27 @@ class DiceGuide final : public Guide {
   const ScoredKernelTable& kernels() const override { return kernels_; }
   const ScoredKernelTable& soft_kernels() const override { return soft_kernels_; }
   std::uint64_t sweep() const override { return 20 * known_.dice(); }  // chosen
+
+  /// Whether some die, on average over what is seen of its throw, is elsewhere. How it turns is left out.
+  bool differ(const Model&, const Simulated& a, const Simulated& b) const override {
+    constexpr double kElsewhere = 0.004;  // [m] chosen: a quarter of a usual die's side
+    constexpr double kSeen = 0.6;         // [s] from its launch on; chosen: then most dice rest
+    constexpr int kLooks = 18;            // chosen: 30 a second
+    const Placement placement_a = known_.model->read(a.state).placement;
+    const Placement placement_b = known_.model->read(b.state).placement;
+    for (std::size_t die = 0; die < known_.dice(); ++die) {
+      const DiePath &path_a = *tumble(a).paths[die], &path_b = *tumble(b).paths[die];
+      double apart = 0;
+      for (int look = 0; look < kLooks; ++look) {
+        const std::int64_t steps = known_.steps(kSeen * look / kLooks);
+        const Vector3d at_a = placement_a.point(path_a.at(path_a.launch_step + steps).position);
+        const Vector3d at_b = placement_b.point(path_b.at(path_b.launch_step + steps).position);
+        apart += (at_a - at_b).norm() / kLooks;
+      }
+      if (apart > kElsewhere) return true;
+    }
+    return false;
+  }
 
   bool reads_runs() const override { return true; }
   bool places() const override {

@@ -112,6 +112,49 @@ TEST(DiceMoves, TheWayBackWeighsTheOpposite) {
   }
 }
 
+TEST(DiceMoves, ThrowsDifferWhereSomeDieIsSeenElsewhere) {
+  Proposals proposals(row(2, 0.3, false, {{"paint", "random"}}));
+  const Guide& guide = *proposals.target->guide;
+  const Model& model = proposals.scenario->model();
+  const auto differ = [&](const State& a, const State& b) {
+    Score of_a, of_b;
+    std::unique_ptr<retake::Run> run_a, run_b;
+    proposals.simulate(a, of_a, run_a);
+    proposals.simulate(b, of_b, run_b);
+    return guide.differ(model, {a, of_a, run_a.get()}, {b, of_b, run_b.get()});
+  };
+  const auto kernel_of = [&](const std::string& name) -> const ScoredKernel& {
+    for (const auto& row : guide.kernels().rows())
+      if (row.name == name) return *row.kernel;
+    throw std::runtime_error(name);
+  };
+  int paints = 0, poses = 0;
+  for (std::uint64_t i = 0; i < 10; ++i) {
+    RandomStream random({.seed = 74, .iteration = i});
+    const State first = draw_state(model, random), second = draw_state(model, random);
+    EXPECT_FALSE(differ(first, first));
+    EXPECT_TRUE(differ(first, second));
+    // Another paint is the same motion; another pose of grid and dice is one elsewhere.
+    State other = first;
+    for (Eigen::Index variable = 0; variable < other.size(); ++variable) {
+      const Variable& what = model.variables()[static_cast<std::size_t>(variable)];
+      if (what.name.find("paint") == std::string::npos) continue;
+      other[variable] = what.prior.draw(random);
+      ++paints;
+    }
+    EXPECT_FALSE(differ(first, other));
+    Score score;
+    std::unique_ptr<retake::Run> run;
+    proposals.simulate(first, score, run);
+    other = first;
+    kernel_of("pose").propose(model, {first, score, run.get()}, other, random);
+    poses += differ(first, other) ? 1 : 0;
+  }
+  EXPECT_EQ(paints, 20);
+  EXPECT_GT(poses, 0);
+  EXPECT_LT(poses, 10) << "most poses are moved by little";
+}
+
 TEST(DiceMoves, WhatMovesAloneLeavesTheOthersAlone) {
   Proposals proposals(row(3, 0.3, false, json::object()));
   const Guide& guide = *proposals.target->guide;
