@@ -1,6 +1,7 @@
 // See document.h.
 #include "worlds/document.h"
 
+#include <ranges>
 #include <set>
 #include <utility>
 
@@ -9,8 +10,8 @@
 namespace retake {
 namespace {
 
-/// Builds a document from parse events and refuses what nlohmann's own parser lets pass: depth, duplicate
-/// keys and numbers beyond a double. It keeps the pointer of the place it is at.
+/// Builds a document from parse events and refuses what nlohmann's own parser lets pass: depth, number of
+/// values, long and duplicate keys, numbers beyond a double. It keeps the pointer of the place it is at.
 class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
  public:
   bool null() override { return add(nullptr); }
@@ -18,13 +19,18 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
   bool number_integer(number_integer_t value) override { return add(value); }
   bool number_unsigned(number_unsigned_t value) override { return add(value); }
   bool number_float(number_float_t value, const string_t&) override { return add(value); }
-  bool string(string_t& value) override { return add(std::move(value)); }
+  bool string(string_t& value) override {
+    if (value.size() > kLongestText)
+      return refuse("a text of more than " + std::to_string(kLongestText) + " bytes");
+    return add(std::move(value));
+  }
   bool binary(binary_t&) override { return false; }
   bool start_object(std::size_t) override { return open(nlohmann::json::object()); }
   bool end_object() override { return close(); }
   bool start_array(std::size_t) override { return open(nlohmann::json::array()); }
   bool end_array() override { return close(); }
   bool key(string_t& value) override {
+    if (value.size() > kLongestFieldName) return refuse_long_key();
     key_ = std::move(value);
     if (levels_.back()->contains(key_)) return refuse("the key occurs twice");
     return true;
@@ -55,6 +61,18 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
     faults.push_back({pointer(), std::move(detail)});
     return false;
   }
+  bool refuse_long_key() {
+    const std::string place = pointer();
+    faults.push_back({place.substr(0, place.rfind('/')),
+                      "has a key of more than " + std::to_string(kLongestFieldName) + " bytes"});
+    return false;
+  }
+  bool has_room() {
+    if (++value_count_ <= kMostDocumentValues) return true;
+    faults.push_back({"", "has more than " + std::to_string(kMostDocumentValues) +
+                              " values, counted are objects, lists and what they hold"});
+    return false;
+  }
   nlohmann::json* place(nlohmann::json value) {
     if (levels_.empty()) {
       document = std::move(value);
@@ -68,6 +86,7 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
     return &(parent[key_] = std::move(value));
   }
   bool add(nlohmann::json value) {
+    if (!has_room()) return false;
     place(std::move(value));
     if (!sizes_.empty()) ++sizes_.back();
     return true;
@@ -75,6 +94,7 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
   bool open(nlohmann::json value) {
     if (levels_.size() >= static_cast<std::size_t>(kDeepestDocument))
       return refuse("nested deeper than " + std::to_string(kDeepestDocument) + " levels");
+    if (!has_room()) return false;
     if (!keys_.empty()) keys_.back() = key_;
     nlohmann::json* opened = place(std::move(value));
     levels_.push_back(opened);
@@ -94,11 +114,21 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
   std::vector<std::string> keys_;        // the key at each level
   std::vector<std::size_t> sizes_;       // the elements so far at each level
   std::string key_;
+  std::size_t value_count_ = 0;
 };
+
+/// Drops what comes after the first ones. Returns how many faults that was.
+std::size_t shorten(std::vector<Fault>& faults) {
+  std::size_t dropped = 0;
+  for (std::size_t i = kMostFaultsListed; i < faults.size(); ++i)
+    dropped += faults[i].count;
+  if (dropped > 0) faults.resize(kMostFaultsListed);
+  return dropped;
+}
 
 std::string summary(const std::vector<Fault>& faults) {
   std::string text;
-  for (const Fault& fault : faults)
+  for (const Fault& fault : faults | std::views::take(kMostFaultsListed))
     text += (text.empty() ? "" : "; ") + fault.pointer + ": " + fault.detail;
   return text;
 }
@@ -106,7 +136,10 @@ std::string summary(const std::vector<Fault>& faults) {
 }  // namespace
 
 InvalidRequest::InvalidRequest(std::vector<Fault> faults, bool malformed)
-    : std::runtime_error(summary(faults)), faults_(std::move(faults)), malformed_(malformed) {}
+    : std::runtime_error(summary(faults)),
+      faults_(std::move(faults)),
+      further_faults_(shorten(faults_)),
+      malformed_(malformed) {}
 
 nlohmann::json parse_document(std::string_view text) {
   StrictReader reader;
@@ -119,6 +152,18 @@ nlohmann::json parse_document(std::string_view text) {
     throw InvalidRequest(std::move(reader.faults), reader.malformed);
   }
   return std::move(reader.document);
+}
+
+void refuse_unknown_fields(const nlohmann::json& object, std::string_view pointer,
+                           const std::function<bool(const std::string&)>& is_known, const std::string& detail,
+                           std::vector<Fault>& faults) {
+  for (const auto& [name, value] : object.items()) {
+    if (is_known(name)) continue;
+    if (faults.size() <= kMostFaultsListed)
+      faults.push_back({append_pointer(pointer, name), detail});
+    else
+      ++faults.back().count;
+  }
 }
 
 std::string append_pointer(std::string_view pointer, std::string_view token) {

@@ -359,13 +359,11 @@ Parameters ParameterTable::read(const json& object, std::string_view pointer, st
     find_faults(parameter, *given, place, faults);
     if (faults.size() == faults_before) filled[parameter.name] = canonical(parameter, *given);
   }
-  if (is_object)
-    for (const auto& [name, value] : object.items()) {
-      const bool known = std::any_of(parameters_.begin(), parameters_.end(),
-                                     [&](const Parameter& parameter) { return parameter.name == name; }) ||
-                         std::find(ignored.begin(), ignored.end(), name) != ignored.end();
-      if (!known) faults.push_back({append_pointer(pointer, name), "there is no such field here"});
-    }
+  const auto is_known = [&](const std::string& name) {
+    return std::ranges::find(parameters_, name, &Parameter::name) != parameters_.end() ||
+           std::ranges::find(ignored, name) != ignored.end();
+  };
+  if (is_object) refuse_unknown_fields(object, pointer, is_known, "there is no such field here", faults);
   return Parameters(std::move(filled));
 }
 

@@ -91,9 +91,10 @@ std::shared_ptr<const Scenario> Scenario::read(const json& document,
   std::vector<Fault> faults;
   if (!document.is_object())
     throw InvalidRequest({{"", "expected an object, got " + std::string(document.type_name())}});
-  for (const auto& [name, value] : document.items())
-    if (name != "world" && name != "title" && name != "model" && name != "constraints")
-      faults.push_back({append_pointer("", name), "there is no such field here"});
+  const auto is_known = [](const std::string& name) {
+    return name == "world" || name == "title" || name == "model" || name == "constraints";
+  };
+  refuse_unknown_fields(document, "", is_known, "there is no such field here", faults);
 
   // The world comes first: without it nothing else can be judged.
   std::vector<std::string> names;

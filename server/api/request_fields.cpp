@@ -25,14 +25,6 @@ std::string between(std::uint64_t low, std::uint64_t high) {
   return "must be an integer from " + std::to_string(low) + " to " + std::to_string(high);
 }
 
-void refuse_unknown(const json& object, const std::string& pointer, const std::vector<std::string>& known,
-                    std::vector<Fault>& faults) {
-  for (const auto& [name, value] : object.items())
-    if (std::find(known.begin(), known.end(), name) == known.end())
-      faults.push_back(
-          {append_pointer(pointer, name), "there is no such field here; known are " + list(known)});
-}
-
 }  // namespace
 
 // --- BodyFields -------------------------------------------------------------------------------
@@ -122,7 +114,10 @@ void BodyFields::finish() {
   for (const auto& [pointer, known] : shared_->known) {
     const json::json_pointer place(pointer);
     if (shared_->document.contains(place) && shared_->document[place].is_object())
-      refuse_unknown(shared_->document[place], pointer, known, shared_->faults);
+      refuse_unknown_fields(
+          shared_->document[place], pointer,
+          [&known](const std::string& name) { return std::ranges::find(known, name) != known.end(); },
+          "there is no such field here; known are " + list(known), shared_->faults);
   }
   if (!shared_->faults.empty()) throw InvalidRequest(std::move(shared_->faults));
 }

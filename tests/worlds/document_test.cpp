@@ -2,6 +2,7 @@
 #include "worlds/document.h"
 
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -131,6 +132,63 @@ TEST(Document, NumbersBeyondADoubleAreRefusedAtTheirPlaceThoughTheyAreJson) {
     EXPECT_FALSE(refusal.malformed) << text;
   }
   EXPECT_NO_THROW(parse_document("1.7976931348623157e308"));
+}
+
+std::string repeated(std::size_t count, const std::string& piece) {
+  std::string text = piece;
+  for (std::size_t i = 1; i < count; ++i)
+    text += "," + piece;
+  return text;
+}
+
+TEST(Document, TenThousandValuesAreReadAndOneMoreIsRefusedWhateverItIs) {
+  EXPECT_EQ(parse_document("[" + repeated(9999, "0") + "]").size(), 9999u);
+  EXPECT_EQ(parse_document("[" + repeated(3333, "[1,2]") + "]").size(), 3333u);
+  std::string fields;
+  for (int i = 0; i < 10'000; ++i)
+    fields += (i > 0 ? "," : "") + ("\"" + std::to_string(i) + "\":0");
+  for (const std::string& text :
+       {"[" + repeated(10'000, "0") + "]", "[" + repeated(10'000, "\"a\"") + "]",
+        "[" + repeated(10'000, "null") + "]", "[" + repeated(10'000, "[]") + "]",
+        "[" + repeated(10'000, "{}") + "]", "[" + repeated(3334, "{\"a\":1,\"b\":2}") + "]",
+        "{" + fields + "}", "{\"a\":{" + fields + "}}", "[" + repeated(5'000'000, "0")}) {
+    const Refusal refusal = refusal_of(text);
+    EXPECT_EQ(refusal.pointer, "") << text.substr(0, 20);
+    EXPECT_FALSE(refusal.malformed) << text.substr(0, 20);
+  }
+}
+
+TEST(Document, KeysOf256BytesAreReadAndLongerOnesRefusedAtTheirObject) {
+  const std::string key(256, 'k');
+  EXPECT_TRUE(parse_document("{\"" + key + "\":1}").contains(key));
+  EXPECT_EQ(refusal_of("{\"" + key + "k\":1}").pointer, "");
+  EXPECT_EQ(refusal_of("{\"a\":[0,{\"b\":1,\"" + std::string(1 << 20, 'k') + "\":1}]}").pointer, "/a/1");
+}
+
+TEST(Document, TextsOf4096BytesAreReadAndLongerOnesRefusedAtTheirPlace) {
+  const std::string text(4096, 't');
+  EXPECT_EQ(parse_document("\"" + text + "\""), text);
+  EXPECT_EQ(refusal_of("\"" + text + "t\"").pointer, "");
+  EXPECT_EQ(refusal_of("{\"a\":[0,{\"b/c\":\"" + std::string(1 << 20, 't') + "\"}]}").pointer, "/a/1/b~1c");
+}
+
+TEST(Document, UnknownFieldsAreNamedUpToAHundredAndTheRestCounted) {
+  json object = json::object();
+  for (int i = 0; i < 5000; ++i)
+    object["field" + std::to_string(i)] = i;
+  const auto is_known = [](const std::string& name) { return name == "field7"; };
+  std::vector<Fault> faults = {{"/before", "is wrong"}};
+  refuse_unknown_fields(object, "/there", is_known, "is unknown", faults);
+  EXPECT_LE(faults.size(), kMostFaultsListed + 1) << "as many as a client sends are held";
+  EXPECT_EQ(faults[1].pointer, "/there/field0");
+  faults.push_back({"/behind", "is wrong"});
+  const InvalidRequest invalid(faults);
+  EXPECT_EQ(invalid.faults().size(), kMostFaultsListed);
+  EXPECT_EQ(invalid.further_faults(), 5001 - kMostFaultsListed);
+  EXPECT_LT(std::string(invalid.what()).size(), 10'000u);
+  EXPECT_EQ(InvalidRequest(std::vector<Fault>{{"", "is wrong"}}).further_faults(), 0u);
+  EXPECT_EQ(InvalidRequest(std::vector<Fault>(kMostFaultsListed, Fault{"", "is wrong"})).further_faults(),
+            0u);
 }
 
 TEST(Document, PointersAreEscapedAsRfc6901Asks) {
