@@ -54,6 +54,9 @@ class Store {
   virtual std::optional<ChainRecord> chain(std::string_view id) const = 0;
   /// In the order in which they were added.
   virtual std::vector<ChainRecord> chains(std::string_view scenario) const = 0;
+  /// The same, a page at a time. Throws: BadCursor.
+  virtual Page<ChainRecord> chains(std::string_view scenario, std::size_t limit,
+                                   std::string_view cursor) const = 0;
   /// Every chain of every scenario in one of these states, in the order in which they were added.
   virtual std::vector<ChainRecord> chains_in_states(const std::vector<ChainState>& states) const = 0;
   /// The chain of a scenario with this one's method, ratios, seed and index, and the lesson if there is one

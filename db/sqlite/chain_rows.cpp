@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "db/sqlite/cursor.h"
 #include "db/sqlite/lesson_rows.h"
 #include "db/sqlite/sample_rows.h"
 #include "db/sqlite/scenario_rows.h"
@@ -44,9 +45,10 @@ std::string select_chains(std::string_view from) {
          std::string(from);
 }
 
-ChainRecord read_chain(Connection& connection, Query& query) {
+/// Sets `row` to the chain's.
+ChainRecord read_chain(Connection& connection, Query& query, std::int64_t& row) {
   ChainRecord record;
-  const auto row = query.integer();
+  row = query.integer();
   record.id = query.text();
   record.scenario = query.text();
   record.index = static_cast<std::uint32_t>(query.count());
@@ -82,6 +84,11 @@ ChainRecord read_chain(Connection& connection, Query& query) {
   while (rungs.next())
     counters.rungs.push_back({rungs.real(), rungs.count(), rungs.count()});
   return record;
+}
+
+ChainRecord read_chain(Connection& connection, Query& query) {
+  std::int64_t row = 0;
+  return read_chain(connection, query, row);
 }
 
 std::vector<ChainRecord> read_chains(Connection& connection, Query& query) {
@@ -166,6 +173,28 @@ std::vector<ChainRecord> load_chains(Connection& connection, std::string_view sc
       " WHERE scenario.id = ? ORDER BY chain.row");
   Query query(connection, sql, scenario);
   return read_chains(connection, query);
+}
+
+Page<ChainRecord> load_chains(Connection& connection, std::string_view scenario, std::size_t limit,
+                              std::string_view cursor) {
+  const auto row = scenario_row(connection, scenario);
+  if (!row && cursor.empty()) return {};
+  Cursor from{.listing = Listing::chains, .scenario = row.value_or(0), .row = 0};
+  if (!cursor.empty()) from = decode_cursor(cursor, Listing::chains, from.scenario);
+  Page<ChainRecord> page;
+  if (limit == 0) return page;
+  static const std::string sql = select_chains(
+      "FROM chain INDEXED BY chain_by_scenario CROSS JOIN scenario ON scenario.row = chain.scenario"
+      " WHERE chain.scenario = ? AND chain.row > ? ORDER BY chain.row LIMIT ?");
+  Query query(connection, sql, from.scenario, from.row, limit + 1);
+  while (query.next()) {
+    if (page.records.size() == limit) {
+      page.next_cursor = encode(from);
+      break;
+    }
+    page.records.push_back(read_chain(connection, query, from.row));
+  }
+  return page;
 }
 
 std::vector<ChainRecord> load_chains_in_states(Connection& connection,

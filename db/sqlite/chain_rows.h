@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "db/page.h"
 #include "db/records.h"
 #include "db/sqlite/connection.h"
 
@@ -18,6 +19,8 @@ std::optional<ChainRecord> load_chain(Connection& connection, std::string_view i
 std::optional<ChainRecord> load_same_chain(Connection& connection, const ChainRecord& like,
                                            std::optional<std::uint64_t> lesson);
 std::vector<ChainRecord> load_chains(Connection& connection, std::string_view scenario);
+Page<ChainRecord> load_chains(Connection& connection, std::string_view scenario, std::size_t limit,
+                              std::string_view cursor);
 std::vector<ChainRecord> load_chains_in_states(Connection& connection, const std::vector<ChainState>& states);
 std::string load_checkpoint(Connection& connection, std::string_view chain);
 std::vector<std::string> load_trace(Connection& connection, std::string_view chain);

@@ -9,12 +9,12 @@
 namespace retake::database {
 
 /// The listings that have pages; the value is written into the cursors.
-enum class Listing : char { scenarios = 's', newest = 'n', oldest = 'o', likely = 'l' };
+enum class Listing : char { scenarios = 's', chains = 'c', newest = 'n', oldest = 'o', likely = 'l' };
 
 /// The key of the last record of a page.
 struct Cursor {
   Listing listing = Listing::newest;
-  std::int64_t scenario = 0;  ///< row of the scenario whose samples are listed, 0 for scenarios
+  std::int64_t scenario = 0;  ///< row of the scenario whose chains or samples are listed, 0 for scenarios
   std::int64_t row = 0;
   double log_target = 0;  ///< of `likely` only
 };

@@ -135,6 +135,12 @@ std::vector<ChainRecord> SqliteStore::chains(std::string_view scenario) const {
   return read("chains", [&](Connection& connection) { return load_chains(connection, scenario); });
 }
 
+Page<ChainRecord> SqliteStore::chains(std::string_view scenario, std::size_t limit,
+                                      std::string_view cursor) const {
+  return read("chains",
+              [&](Connection& connection) { return load_chains(connection, scenario, limit, cursor); });
+}
+
 std::vector<ChainRecord> SqliteStore::chains_in_states(const std::vector<ChainState>& states) const {
   return read("chains", [&](Connection& connection) { return load_chains_in_states(connection, states); });
 }

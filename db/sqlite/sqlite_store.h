@@ -39,6 +39,8 @@ class SqliteStore final : public Store {
   void add_chains(const std::vector<ChainRecord>& chains) override;
   std::optional<ChainRecord> chain(std::string_view id) const override;
   std::vector<ChainRecord> chains(std::string_view scenario) const override;
+  Page<ChainRecord> chains(std::string_view scenario, std::size_t limit,
+                           std::string_view cursor) const override;
   std::vector<ChainRecord> chains_in_states(const std::vector<ChainState>& states) const override;
   std::string checkpoint(std::string_view chain) const override;
   void set_chain_state(std::string_view id, ChainState state, std::string_view ended_by,

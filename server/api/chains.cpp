@@ -69,8 +69,6 @@ void add_control(HttpServer& server, Api& api, const std::string& verb,
       const auto record = (api.runner.*ask)(id);
       if (!record) throw not_found("chain", id);
       return json_response(chain_view(api, *record));
-    } catch (const Runner::WrongState& refusal) {
-      throw HttpProblem(409, "chain-ended", "The chain has ended", refusal.what());
     } catch (const OtherVersion& reason) {
       throw HttpProblem(409, "other-world-version", "The scenario's world has another version here",
                         "Chain " + id + " cannot go on: " + reason.what() + ".");
@@ -101,10 +99,17 @@ void add_chain_routes(HttpServer& server, Api& api) {
   });
 
   server.route("GET", "/v1/scenarios/{id}/chains", [&api](const HttpRequest& request) {
-    QueryFields(request).finish();
+    QueryFields query(request);
+    const std::uint64_t limit =
+        query.integer("limit", 1, api.limits.most_listed, api.limits.listed_by_default);
+    const std::string cursor = query.text("cursor", "");
+    query.finish();
     const std::string& id = request.path_values.at("id");
     if (!api.store.scenario(id)) throw not_found("scenario", id);
-    return json_response(chains_json(api, api.runner.chains(id)));
+    const Page<ChainRecord> page = listed([&] { return api.runner.chains(id, limit, cursor); });
+    json body = chains_json(api, page.records);
+    if (!page.next_cursor.empty()) body["next_cursor"] = page.next_cursor;
+    return json_response(body);
   });
 
   server.route("GET", "/v1/scenarios/{id}/lessons", [&api](const HttpRequest& request) {

@@ -37,6 +37,17 @@ json whole_scenario_json(const Api& api, const ScenarioRecord& record) {
   return view;
 }
 
+std::vector<std::string> chain_ids(const Api& api, std::string_view scenario) {
+  std::vector<std::string> ids;
+  Page<ChainRecord> page;
+  do {
+    page = api.store.chains(scenario, api.limits.most_listed, page.next_cursor);
+    for (const ChainRecord& chain : page.records)
+      ids.push_back(chain.id);
+  } while (!page.next_cursor.empty());
+  return ids;
+}
+
 }  // namespace
 
 void add_world_routes(HttpServer& server, Api&) {
@@ -102,9 +113,7 @@ void add_scenario_routes(HttpServer& server, Api& api) {
     QueryFields(request).finish();
     const std::string& id = request.path_values.at("id");
     api.runner.drop_scenario(id);
-    std::vector<std::string> chains;
-    for (const ChainRecord& chain : api.store.chains(id))
-      chains.push_back(chain.id);
+    const std::vector<std::string> chains = chain_ids(api, id);
     if (!api.store.delete_scenario(id)) throw not_found("scenario", id);
     api.scenarios.forget(id);
     api.events.scenario_deleted(id, chains);

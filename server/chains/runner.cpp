@@ -166,6 +166,14 @@ std::vector<ChainRecord> Runner::chains(std::string_view scenario) const {
   return records;
 }
 
+Page<ChainRecord> Runner::chains(std::string_view scenario, std::size_t limit,
+                                 std::string_view cursor) const {
+  Page<ChainRecord> page = store_.chains(scenario, limit, cursor);
+  for (ChainRecord& record : page.records)
+    show_unsaved_failure(record);
+  return page;
+}
+
 void Runner::show_unsaved_failure(ChainRecord& record) const {
   const std::lock_guard lock(mutex_);
   const auto found = unsaved_failures_.find(record.id);
@@ -193,10 +201,7 @@ std::optional<ChainRecord> Runner::wish(std::string_view id, Wish wish) {
 
 std::optional<ChainRecord> Runner::pause(std::string_view id) {
   const Turn turn(*this, id);
-  auto record = wish(id, Wish::pause);
-  if (record && (record->state == ChainState::finished || record->state == ChainState::failed))
-    throw WrongState("the chain has " + std::string(to_string(record->state)) + " already");
-  return record;
+  return wish(id, Wish::pause);
 }
 
 std::optional<ChainRecord> Runner::stop(std::string_view id) {
@@ -213,7 +218,8 @@ std::optional<ChainRecord> Runner::resume(std::string_view id) {
   const Turn turn(*this, id);
   auto record = chain(id);
   if (!record) return record;
-  if (record->state == ChainState::finished) throw WrongState("the chain has finished already");
+  // Whose world went on without it: the library says so.
+  if (record->ended_by == kEndedByVersion) library_.find(record->scenario);
   if (record->state == ChainState::paused || record->state == ChainState::failed) {
     {
       // The store may know that it failed before its thread has let go of it.

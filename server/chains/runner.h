@@ -51,9 +51,8 @@ class Runner {
   /// Adds chains to the store and runs them. Throws: StoreError.
   void add(const std::vector<ChainRecord>& chains);
 
-  /// Each returns the chain as it is afterwards; nothing happens to one that is in that state already.
-  /// Empty: no such chain. Throws: StoreError; WrongState for a chain that has ended.
-  class WrongState;
+  /// Each returns the chain as it is afterwards; nothing happens to one that is in that state already, or has
+  /// finished. Empty: no such chain. Throws: StoreError; OtherVersion if it cannot be resumed here.
   std::optional<ChainRecord> pause(std::string_view id);
   std::optional<ChainRecord> resume(
       std::string_view id);                              ///< a failed chain goes on from its last checkpoint
@@ -67,6 +66,7 @@ class Runner {
   /// A chain as the store has it, but with a failure that the store could not take yet.
   std::optional<ChainRecord> chain(std::string_view id) const;
   std::vector<ChainRecord> chains(std::string_view scenario) const;
+  Page<ChainRecord> chains(std::string_view scenario, std::size_t limit, std::string_view cursor) const;
 
   /// Ends the chains of a scenario without a trace, before it is deleted.
   void drop_scenario(std::string_view scenario);
@@ -131,12 +131,6 @@ class Runner {
   bool draining_ = false;
   std::atomic<std::uint64_t> iterations_{0}, samples_{0}, simulations_{0}, failed_simulations_{0};
   std::vector<std::jthread> threads_;
-};
-
-/// A chain that has ended cannot be paused or resumed.
-class Runner::WrongState : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
 };
 
 }  // namespace retake

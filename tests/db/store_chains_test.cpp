@@ -347,6 +347,36 @@ TEST_P(StoreChains, chains_are_listed_in_the_order_in_which_they_were_added) {
   EXPECT_TRUE(store.chains("other").empty());
 }
 
+TEST_P(StoreChains, chains_come_page_by_page_whatever_is_added_meanwhile) {
+  store.add_scenario(make_scenario("s"));
+  store.add_scenario(make_scenario("t"));
+  for (const char* id : {"c1", "c2", "c3", "c4", "c5"})
+    store.add_chains({make_chain(id, "s"), make_chain(std::string(id) + "t", "t")});
+  std::string ids, cursor;
+  int pages = 0;
+  do {
+    const auto page = store.chains("s", 2, cursor);
+    EXPECT_LE(page.records.size(), 2u);
+    for (const auto& chain : page.records)
+      ids += chain.id + " ";
+    cursor = page.next_cursor;
+    if (++pages == 2) store.add_chains({make_chain("late", "s")});
+  } while (!cursor.empty());
+  EXPECT_EQ(ids, "c1 c2 c3 c4 c5 late ");
+  EXPECT_EQ(store.chains("s", 10, "").records[1].counters.kernels.size(),
+            store.chain("c2")->counters.kernels.size());
+  EXPECT_TRUE(store.chains("t", 5, "").next_cursor.empty()) << "a page that holds the last one";
+  EXPECT_FALSE(store.chains("t", 4, "").next_cursor.empty());
+  EXPECT_TRUE(store.chains("nosuch", 4, "").records.empty());
+  EXPECT_TRUE(store.chains("s", 0, "").records.empty());
+
+  const auto of_t = store.chains("t", 2, "").next_cursor;
+  EXPECT_THROW(store.chains("s", 2, of_t), BadCursor) << "another scenario's";
+  EXPECT_THROW(store.chains("s", 2, store.scenarios(1, "").next_cursor), BadCursor);
+  EXPECT_THROW(store.samples("t", SampleOrder::oldest, 2, of_t), BadCursor);
+  EXPECT_THROW(store.chains("s", 2, of_t + "0"), BadCursor);
+}
+
 TEST_P(StoreChains, chains_are_added_all_or_none) {
   store.add_scenario(make_scenario("s"));
   EXPECT_THROW(store.add_chains({make_chain("c", "s"), make_chain("d", "gone")}), StoreError);

@@ -54,6 +54,29 @@ test("a chain is started, paused, resumed and stopped, live", async () => {
   await close();
 });
 
+test("chains are shown whole, however many pages of them there are", async () => {
+  const { page, faults, close } = await newPage(browser);
+  const scenario = (await api(program, "/v1/scenarios")).scenarios.find(({ samples }) => samples > 0).id;
+  const list = `/v1/scenarios/${scenario}/chains`;
+  const [chain] = (await api(program, list)).chains;
+  // Seven in pages of three, though more fit into one.
+  const asked = [];
+  await page.route(`**${list}?*`, (route) => {
+    const { searchParams } = new URL(route.request().url());
+    asked.push(searchParams.get("cursor"));
+    const first = Number(searchParams.get("cursor") ?? 0);
+    const chains = Array.from({ length: Math.min(3, 7 - first) }, (_, i) => ({ ...chain, id: `chain${first + i}`, index: first + i }));
+    return route.fulfill({ json: { chains, ...(first + 3 < 7 && { next_cursor: String(first + 3) }) } });
+  });
+  await page.route("**/v1/events", (route) => route.fulfill({ contentType: "text/event-stream", body: ": nothing\n\n" }));
+  await page.route("**/v1/chains/*/trace?*", (route) => route.fulfill({ json: { iteration: [], log_prior: [], log_constraint: [], satisfied: [] } }));
+  await page.goto(`${program.address}?scenario=${scenario}&tab=chains`);
+  await page.waitForFunction(() => document.querySelectorAll("tr[data-chain]").length === 7);
+  assert.deepEqual(asked.slice(0, 3), [null, "3", "6"]);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
 test("the trace is drawn; chain and quantity are in the address", async () => {
   const { page, faults, close } = await newPage(browser);
   const scenario = (await api(program, "/v1/scenarios")).scenarios.find(({ samples }) => samples > 0).id;

@@ -29,7 +29,7 @@ async function lay(page, id, { scenario = {}, chains = [], diagnostics }) {
     await route.fulfill({ json: { ...body, scenarios: body.scenarios.map(over) } });
   });
   await page.route(`**/v1/scenarios/${id}`, async (route) => route.fulfill({ json: over(await (await route.fetch()).json()) }));
-  await page.route(`**/v1/scenarios/${id}/chains`, (route) => route.fulfill({ json: { chains: chains.map((chain) => ({ ...chain, scenario: id })) } }));
+  await page.route(`**/v1/scenarios/${id}/chains?*`, (route) => route.fulfill({ json: { chains: chains.map((chain) => ({ ...chain, scenario: id })) } }));
   await page.route(`**/v1/scenarios/${id}/diagnostics`, (route) => route.fulfill({ json: diagnostics }));
   await page.route("**/v1/chains/*/trace?*", (route) => route.fulfill({ json: TRACE }));
 }

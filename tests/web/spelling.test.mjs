@@ -111,7 +111,7 @@ test("a guided chain says that it builds, burns in and samples, and that it does
     { phase: "sampling", samples: 40, says: "sampling" },
   ];
   const chains = phases.map((phase, index) => ({ ...base, ...phase, id: `c${index}`, index }));
-  await page.route(`**/v1/scenarios/${scenario}/chains`, (route) => route.fulfill({ json: { chains } }));
+  await page.route(`**/v1/scenarios/${scenario}/chains?*`, (route) => route.fulfill({ json: { chains } }));
   await page.route("**/v1/chains/*/trace?*", (route) => route.fulfill({ json: { iteration: [], log_prior: [], log_constraint: [], satisfied: [] } }));
   await page.goto(`${program.address}?scenario=${scenario}&tab=chains`);
   for (const { says } of phases) await page.locator(".phase", { hasText: says }).waitFor();

@@ -127,9 +127,12 @@ export async function loadChains({ again = false } = {}) {
     chainsReady = false;
   }
   chainsOf = scenario.id;
-  const body = await request(pathOf("scenarios", scenario.id, "/chains"));
-  if (chainsOf !== scenario.id) return;
-  for (const chain of body.chains) chains.set(chain.id, chain);
+  const pages = [];
+  for (let next = ""; next !== null; next = pages.at(-1).next_cursor ?? null) {
+    pages.push(await request(pathOf("scenarios", scenario.id, `/chains?limit=500${next && `&cursor=${encodeURIComponent(next)}`}`)));
+    if (chainsOf !== scenario.id) return;
+  }
+  for (const chain of pages.flatMap((page) => page.chains)) chains.set(chain.id, chain);
   chainsReady = true;
   tell();
 }

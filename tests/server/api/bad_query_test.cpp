@@ -62,8 +62,8 @@ TEST_F(ApiBadQuery, Unknown_ids_are_not_found_however_they_are_spelt) {
 }
 
 TEST_F(ApiBadQuery, Query_values_out_of_range_are_refused) {
-  for (const std::string& path :
-       std::vector<std::string>{"/v1/scenarios", "/v1/scenarios/{scenario}/samples"})
+  for (const std::string& path : std::vector<std::string>{"/v1/scenarios", "/v1/scenarios/{scenario}/samples",
+                                                          "/v1/scenarios/{scenario}/chains"})
     for (const std::string& value : std::vector<std::string>{"0", "501", "-1", "abc", "1.5", "1e2", "",
                                                              "%20"
                                                              "5",
