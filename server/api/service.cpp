@@ -97,8 +97,10 @@ void add_service_routes(HttpServer& server, Api& api) {
                           {"low_water", limits.low_water},
                           {"refill", limits.refill},
                           {"document_depth", kDeepestDocument},
+                          {"document_values", kMostDocumentValues},
                           {"body_bytes", http.most_body_bytes},
-                          {"event_streams", http.most_streams}});
+                          {"event_streams", http.most_streams},
+                          {"event_streams_per_client", http.most_streams_of_client}});
   });
 }
 

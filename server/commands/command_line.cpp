@@ -14,6 +14,7 @@
 #include "db/store.h"
 #include "sampler/target.h"
 #include "server/chains/chain_run.h"
+#include "server/http/guard.h"
 #include "worlds/document.h"
 #include "worlds/parameters.h"
 
@@ -28,6 +29,17 @@ template <typename Read>
 CLI::Validator known(Read read, const std::string& names) {
   return CLI::Validator(
       [read, names](std::string& text) { return read(text) ? "" : "must be one of " + names; }, names);
+}
+
+/// Accepts a comma-separated list without faults.
+CLI::Validator each_piece(std::string (*fault_of)(std::string_view piece)) {
+  const auto first_fault = [fault_of](std::string& list) {
+    std::string fault;
+    for (const std::string_view piece : split(list, ','))
+      if (fault.empty()) fault = fault_of(piece);
+    return fault;
+  };
+  return CLI::Validator(first_fault, "");
 }
 
 /// The commands with their options, and the one that was chosen.
@@ -90,10 +102,12 @@ void CommandLine::add_serve() {
   command->add_flag("--no-examples", options.no_examples, "Leave an empty store empty");
   command->add_option("--token", options.token, "Bearer token; any address but loopback needs one");
   command->add_option("--token-file", options.token_file, "File whose first line is the bearer token");
-  command->add_option("--allow-host", options.allow_hosts,
-                      "Further Host names to answer to, comma-separated");
-  command->add_option("--allow-origin", options.allow_origins,
-                      "Origins of other pages that may use the API, comma-separated");
+  command->add_option("--allow-host", options.allow_hosts, "Further Host names to answer to, comma-separated")
+      ->check(each_piece(fault_of_host));
+  command
+      ->add_option("--allow-origin", options.allow_origins,
+                   "Origins of other pages that may use the API, comma-separated: https://game.example")
+      ->check(each_piece(fault_of_origin));
   command
       ->add_option("--max-samples", options.limits.most_samples_per_scenario,
                    "Samples a scenario may hold; its chains finish there")
@@ -263,6 +277,7 @@ int run_command_line(int count, char** arguments) {
     for (const Fault& each : fault.faults())
       std::fprintf(stderr, "retake: %s: %s\n", each.pointer.empty() ? "document" : each.pointer.c_str(),
                    each.detail.c_str());
+    if (fault.further_faults() > 0) std::fprintf(stderr, "retake: and %zu more\n", fault.further_faults());
     return static_cast<int>(fault.malformed() ? Exit::malformed : Exit::impossible);
   } catch (const OutputError& fault) {
     return report(fault.what(), Exit::unwritable);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -12,6 +11,7 @@
 #include <sys/uio.h>
 #include <utility>
 
+#include "server/http/chunks.h"
 #include "server/http/problem.h"
 
 namespace retake {
@@ -41,10 +41,25 @@ int wait_for(int socket, short events, std::chrono::steady_clock::time_point dea
   return poll(&descriptor, 1, static_cast<int>(std::clamp(left, milliseconds(0), kGlance).count()));
 }
 
+std::string address_of_peer(int socket) {
+  sockaddr_storage address{};
+  socklen_t length = sizeof(address);
+  std::array<char, NI_MAXHOST> text{};
+  if (getpeername(socket, reinterpret_cast<sockaddr*>(&address), &length) != 0 ||
+      getnameinfo(reinterpret_cast<sockaddr*>(&address), length, text.data(), text.size(), nullptr, 0,
+                  NI_NUMERICHOST) != 0)
+    return {};
+  return text.data();
+}
+
 }  // namespace
 
 HttpConnection::HttpConnection(int socket, const HttpSettings& settings, const ServerLoad& load)
-    : socket_(socket), settings_(settings), load_(load), head_began_(Clock::now()) {}
+    : socket_(socket),
+      remote_address_(address_of_peer(socket)),
+      settings_(settings),
+      load_(load),
+      head_began_(Clock::now()) {}
 
 HttpConnection::Clock::time_point HttpConnection::after(double seconds) {
   return Clock::now() + to_duration(seconds);
@@ -53,7 +68,8 @@ HttpConnection::Clock::time_point HttpConnection::after(double seconds) {
 bool HttpConnection::wait_for_request() {
   const auto deadline = after(head_began_ ? settings_.head_seconds : settings_.idle_seconds);
   while (!load_.is_stopping && Clock::now() < deadline) {
-    const Wait result = has_unread_bytes() ? Wait::ready : fill(std::min(deadline, Clock::now() + kGlance));
+    const Wait result =
+        begin_ < buffer_.size() ? Wait::ready : fill(std::min(deadline, Clock::now() + kGlance));
     if (result == Wait::gone) return false;
     if (result == Wait::ready) {
       if (!head_began_) head_began_ = Clock::now();
@@ -136,28 +152,45 @@ HttpConnection::Wait HttpConnection::fill(Clock::time_point deadline) {
   }
 }
 
-void HttpConnection::expect_body(std::size_t bytes) {
-  body_left_ = bytes;
-  body_deadline_ = after(settings_.body_seconds);
-  body_was_late_ = false;
+/// Has bytes of the body in the buffer. Throws: HttpProblem with 400 or 408.
+void HttpConnection::fill_with_body(Clock::time_point deadline) {
+  if (begin_ < buffer_.size()) return;
+  buffer_.clear();
+  begin_ = 0;
+  const Wait result = Clock::now() >= deadline ? Wait::late : fill(deadline);
+  if (result == Wait::late)
+    throw HttpProblem(408, "request-timeout", "The request took too long",
+                      "The request's body did not arrive in time.");
+  if (result == Wait::gone)
+    throw HttpProblem(400, "bad-request", "The request is malformed", "The body is shorter than announced.");
 }
 
-ssize_t HttpConnection::read_body(char* data, std::size_t size) {
-  if (body_left_ == 0 || size == 0) return 0;
-  if (!has_unread_bytes()) {
-    buffer_.clear();
-    begin_ = 0;
-    body_was_late_ = Clock::now() >= body_deadline_;
-    if (body_was_late_) return -1;
-    const Wait result = fill(body_deadline_);
-    body_was_late_ = result == Wait::late;
-    if (result != Wait::ready) return -1;
+std::string HttpConnection::read_body(std::size_t length) {
+  const auto deadline = after(settings_.body_seconds);
+  std::string body;
+  body.reserve(length);
+  while (body.size() < length) {
+    fill_with_body(deadline);
+    const std::string_view piece = unread_bytes().substr(0, length - body.size());
+    body += piece;
+    begin_ += piece.size();
   }
-  const std::size_t count = std::min({size, body_left_, buffer_.size() - begin_});
-  std::memcpy(data, buffer_.data() + begin_, count);
-  begin_ += count;
-  body_left_ -= count;
-  return static_cast<ssize_t>(count);
+  return body;
+}
+
+std::string HttpConnection::read_chunked_body(const std::function<void(std::size_t)>& admit) {
+  const auto deadline = after(settings_.body_seconds);
+  ChunkReader reader(settings_.most_body_bytes);
+  std::string body;
+  while (!reader.is_complete()) {
+    fill_with_body(deadline);
+    const std::size_t further = unread_bytes().size();
+    admit(further);
+    if (body.size() + further > body.capacity())
+      body.reserve(std::min(settings_.most_body_bytes, 2 * body.capacity() + further));
+    begin_ += reader.take(unread_bytes(), body);
+  }
+  return body;
 }
 
 void HttpConnection::begin_response() {
@@ -229,17 +262,6 @@ void HttpConnection::close_gently() {
     if (count == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) return;
     wait_for(socket_, POLLIN, deadline);
   }
-}
-
-std::string HttpConnection::remote_address() const {
-  sockaddr_storage address{};
-  socklen_t length = sizeof(address);
-  std::array<char, NI_MAXHOST> text{};
-  if (getpeername(socket_, reinterpret_cast<sockaddr*>(&address), &length) != 0 ||
-      getnameinfo(reinterpret_cast<sockaddr*>(&address), length, text.data(), text.size(), nullptr, 0,
-                  NI_NUMERICHOST) != 0)
-    return {};
-  return text.data();
 }
 
 }  // namespace retake

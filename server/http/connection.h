@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,14 +35,13 @@ class HttpConnection {
   /// 400, 408, 414 or 431.
   std::optional<std::string> read_head();
 
-  /// Bytes of the body that follows the head; the time for it begins to run.
-  void expect_body(std::size_t bytes);
-  /// At most `size` bytes of the body, 0 at its end, -1 if the client left or was too slow.
-  ssize_t read_body(char* data, std::size_t size);
-  bool body_was_late() const { return body_was_late_; }
-  bool has_unread_body() const { return body_left_ > 0; }
-  /// Bytes were sent beyond the request's end already.
-  bool has_unread_bytes() const { return begin_ < buffer_.size(); }
+  /// The body that follows the head, within body_seconds. Throws: HttpProblem with 400 or 408.
+  std::string read_body(std::size_t length);
+  /// The same of a chunked one. `admit` is asked before so many further bytes are kept. Throws: HttpProblem
+  /// with 400, 408, 413, and what `admit` throws.
+  std::string read_chunked_body(const std::function<void(std::size_t further_bytes)>& admit);
+  /// What was sent beyond the request's end already.
+  std::string_view unread_bytes() const { return std::string_view(buffer_).substr(begin_); }
 
   /// The next write is a response's head: it is kept and sent together with what follows.
   void begin_response();
@@ -56,19 +56,21 @@ class HttpConnection {
   void close_gently();
 
   int socket() const { return socket_; }
-  std::string remote_address() const;
+  const std::string& remote_address() const { return remote_address_; }
 
  private:
   using Clock = std::chrono::steady_clock;
   enum class Wait { ready, late, gone };
 
   Wait fill(Clock::time_point deadline);
+  void fill_with_body(Clock::time_point deadline);
   std::optional<std::size_t> end_of_head();
   [[noreturn]] void refuse_long_head() const;
   bool send_all(std::string_view first, std::string_view second);
   static Clock::time_point after(double seconds);
 
   int socket_;
+  const std::string remote_address_;
   const HttpSettings& settings_;
   const ServerLoad& load_;
   std::optional<Clock::time_point> head_began_;  ///< a new connection's time for its head runs from the start
@@ -76,9 +78,6 @@ class HttpConnection {
   std::size_t begin_ = 0;
   std::size_t line_begin_ = 0;  ///< of the line that end_of_head() is in
   std::size_t scanned_ = 0;     ///< bytes of the buffer that end_of_head() has seen
-  std::size_t body_left_ = 0;
-  Clock::time_point body_deadline_;
-  bool body_was_late_ = false;
   bool holds_next_write_ = false;
   std::string held_;
 };

@@ -104,6 +104,7 @@ void parse_target(std::string_view target, const HeadLimits& limits, RequestHead
     target.remove_prefix(scheme);
     const std::size_t end = std::min(target.find_first_of("/?"), target.size());
     head.host = lower_case(target.substr(0, end));
+    if (head.host.empty() || head.host.front() == ':') refuse("The request target names no host.");
     target.remove_prefix(end);
   } else if (!target.starts_with('/')) {
     refuse("The request target must begin with '/'.");
@@ -162,29 +163,27 @@ std::pair<std::string, std::string> parse_field(std::string_view line) {
   return {lower_case(line.substr(0, colon)), std::string(value)};
 }
 
-/// Section 6: how long the body is. Only Content-Length is understood, once, decimal.
+/// Section 6.1: `chunked` alone. Whatever else stands there could be understood in two ways.
+void read_transfer_encoding(const std::string& codings, RequestHead& head) {
+  if (head.field("content-length")) refuse("The request has both Transfer-Encoding and Content-Length.");
+  if (head.is_http_1_0) refuse("HTTP/1.0 has no Transfer-Encoding.");
+  if (lower_case(codings) != "chunked")
+    throw HttpProblem(501, "not-implemented", "The transfer coding is not implemented",
+                      "Of transfer codings this server knows 'chunked' alone.");
+  head.is_chunked = true;
+}
+
+/// Section 6: how long the body is; without a word of it there is none, whatever its type is said to be.
 void read_body_length(RequestHead& head) {
+  if (const std::string* codings = head.field("transfer-encoding")) read_transfer_encoding(*codings, head);
   const std::string* length = head.field("content-length");
-  if (head.field("transfer-encoding")) {
-    if (length) refuse("The request has both Transfer-Encoding and Content-Length.");
-    throw HttpProblem(411, "length-required", "A Content-Length is required",
-                      "Transfer-Encoding is not accepted; send the body with its Content-Length.");
-  }
-  if (!length) {
-    if (!is_safe_method(head.method) && head.field("content-type"))
-      throw HttpProblem(411, "length-required", "A Content-Length is required",
-                        "The request announces a body but not its length.");
-    return;
-  }
+  if (!length) return;
   const bool decimal =
       !length->empty() && std::ranges::all_of(*length, [](char c) { return c >= '0' && c <= '9'; });
   if (!decimal) refuse("Content-Length is not a decimal number.");
   const auto parsed = std::from_chars(length->data(), length->data() + length->size(), head.content_length);
   if (parsed.ec != std::errc() || head.content_length > kLargestLength)
     refuse("Content-Length is beyond every length that a body can have.");
-  head.has_content_length = true;
-  if (head.content_length > 0 && is_safe_method(head.method))
-    refuse("A " + head.method + " request has no body.");
 }
 
 void check_uniqueness(const RequestHead& head) {
@@ -279,8 +278,9 @@ RequestHead parse_request_head(std::string_view text, const HeadLimits& limits) 
   if (head.host.empty()) head.host = lower_case(*host);
 
   read_body_length(head);
+  if (head.has_body() && is_safe_method(head.method)) refuse("A " + head.method + " request has no body.");
   check_refused_features(head);
-  head.expects_continue = head.field("expect") && head.content_length > 0 && !head.is_http_1_0;
+  head.expects_continue = head.field("expect") && head.has_body() && !head.is_http_1_0;
 
   // Section 9.3: 1.1 stays unless it says close, 1.0 closes unless it asks to stay.
   bool says_close = false, says_keep_alive = false;

@@ -25,19 +25,20 @@ struct RequestHead {
   std::string host;                                         ///< lower case, with the port if one was sent
   std::vector<std::pair<std::string, std::string>> fields;  ///< names in lower case, in the order sent
   std::size_t content_length = 0;
-  bool has_content_length = false;
+  bool is_chunked = false;        ///< the body's length is known at its end
   bool keeps_alive = true;        ///< the client can send a further request on this connection
   bool is_http_1_0 = false;       ///< chunked answers are not understood
   bool expects_continue = false;  ///< the client waits for "100 Continue" before it sends the body
 
   /// The field's last value, nullptr if absent. `name` in lower case.
   const std::string* field(std::string_view name) const;
+  bool has_body() const { return is_chunked || content_length > 0; }
   /// All values of a list field, joined by commas.
   std::string list_field(std::string_view name) const;
 };
 
-/// Reads a head that ends with its empty line. Throws: HttpProblem with 400, 411, 413, 414, 415, 416, 417,
-/// 431, 501 or 505; after any of them the connection cannot be used further.
+/// Reads a head that ends with its empty line. Throws: HttpProblem with 400, 414, 415, 416, 417, 431, 501 or
+/// 505; after any of them the connection cannot be used further.
 RequestHead parse_request_head(std::string_view text, const HeadLimits& limits);
 
 bool is_safe_method(std::string_view method);  ///< GET, HEAD, OPTIONS

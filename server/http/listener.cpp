@@ -8,6 +8,7 @@
 #include <cstring>
 #include <iostream>
 #include <limits>
+#include <malloc.h>
 #include <netinet/in.h>
 #include <stdexcept>
 #include <sys/socket.h>
@@ -23,6 +24,8 @@ namespace {
 
 constexpr int kBacklog = 128;                          ///< chosen: the library's own is 5
 constexpr std::size_t kMostBufferedBodies = 16 << 20;  ///< [bytes] chosen: bodies of all requests under way
+constexpr std::size_t kLarge = 256 << 10;              ///< [bytes] chosen: of a body, of which much is made
+constexpr std::size_t kLargeAnswer = 1 << 20;          ///< [bytes] chosen
 constexpr std::chrono::milliseconds kFairTurn{
     100};                           ///< chosen: what a connection may keep others waiting for
 const char* const kOnlyPath = "/";  ///< of every head that the library sees
@@ -31,16 +34,17 @@ const char* const kOnlyPath = "/";  ///< of every head that the library sees
 struct Exchange {
   HttpConnection& connection;
   const RequestHead& head;
-  bool was_cut = false;  ///< the answer is the last on this connection
+  std::string body;
+  bool was_cut = false;    ///< the answer is the last on this connection
+  bool was_large = false;  ///< its answer was
 };
 thread_local Exchange* current_exchange = nullptr;
 
-/// What the library is given as a head: nothing that it could interpret but the method, the length and the
-/// end.
+/// What the library is given as a request: nothing that it could interpret but the method and the end. The
+/// body stays with us.
 std::string plain_head(const RequestHead& head, bool closes) {
   return head.method + " " + kOnlyPath + (head.is_http_1_0 ? " HTTP/1.0\r\n" : " HTTP/1.1\r\n") +
-         "Content-Length: " + std::to_string(head.content_length) +
-         (closes ? "\r\nConnection: close\r\n\r\n" : "\r\nConnection: Keep-Alive\r\n\r\n");
+         "Content-Length: 0\r\nConnection: " + (closes ? "close\r\n\r\n" : "Keep-Alive\r\n\r\n");
 }
 
 /// What the library reads and writes. Newer versions of it ask wait_* and duration() instead of is_*.
@@ -55,7 +59,6 @@ class BoundedStream final : public httplib::Stream {
   bool wait_writable() const { return true; }
   time_t duration() const { return 0; }
   ssize_t read(char* data, size_t size) override {
-    if (head_read_ == head_.size()) return connection_.read_body(data, size);
     const size_t count = std::min(size, head_.size() - head_read_);
     std::memcpy(data, head_.data() + head_read_, count);
     head_read_ += count;
@@ -85,29 +88,44 @@ std::string serialised(const HttpResponse& response, const std::string& reason, 
   return text;
 }
 
-/// Counts up for as long as it lives, unless the total would be above the limit then: what is refused is
-/// never counted, so that it costs nobody else his place.
+/// A part of a total that is counted for as long as this lives.
 class Share {
  public:
-  explicit Share(std::atomic<std::size_t>& total, std::size_t share,
-                 std::size_t limit = std::numeric_limits<std::size_t>::max())
-      : total_(total), share_(share) {
-    std::size_t before = total.load();
-    do
-      is_taken_ = share == 0 || (before <= limit && share <= limit - before);
-    while (is_taken_ && !total.compare_exchange_weak(before, before + share));
-  }
-  ~Share() {
-    if (is_taken_) total_ -= share_;
-  }
+  explicit Share(std::atomic<std::size_t>& total) : total_(total) {}
+  ~Share() { total_ -= share_; }
   Share(const Share&) = delete;
   Share& operator=(const Share&) = delete;
-  bool is_taken() const { return is_taken_; }
+
+  /// False if the total would be above the limit: what is refused is never counted, so that it costs nobody
+  /// else his place.
+  bool grow(std::size_t more, std::size_t limit = std::numeric_limits<std::size_t>::max()) {
+    std::size_t before = total_.load();
+    do
+      if (more > 0 && (before > limit || more > limit - before)) return false;
+    while (!total_.compare_exchange_weak(before, before + more));
+    share_ += more;
+    return true;
+  }
 
  private:
   std::atomic<std::size_t>& total_;
-  std::size_t share_;
-  bool is_taken_ = false;
+  std::size_t share_ = 0;
+};
+
+/// Gives memory back to the system behind a request that took much of it, once no other large body is there;
+/// the allocator would keep it for good.
+class MemoryReturn {
+ public:
+  explicit MemoryReturn(const std::atomic<std::size_t>& buffered_bodies) : buffered_(buffered_bodies) {}
+  ~MemoryReturn() {
+    if (is_due && buffered_ < kLarge) malloc_trim(0);
+  }
+  MemoryReturn(const MemoryReturn&) = delete;
+  MemoryReturn& operator=(const MemoryReturn&) = delete;
+  bool is_due = false;
+
+ private:
+  const std::atomic<std::size_t>& buffered_;
 };
 
 }  // namespace
@@ -123,7 +141,6 @@ class HttpListener::Library final : public httplib::Server {
       const int yes = 1;
       setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
     });
-    set_payload_max_length(settings_.most_body_bytes);
     set_handlers();
   }
 
@@ -164,20 +181,17 @@ class HttpListener::Library final : public httplib::Server {
 
  private:
   void set_handlers() {
-    const Handler without_body = [this](const httplib::Request&, httplib::Response& response) {
-      put(service_.answer(current_exchange->head, "", current_exchange->connection.remote_address()),
+    const Handler answer = [this](const httplib::Request&, httplib::Response& response) {
+      Exchange& exchange = *current_exchange;
+      put(service_.answer(exchange.head, std::move(exchange.body), exchange.connection.remote_address()),
           response);
     };
-    const HandlerWithContentReader with_body = [this](const httplib::Request&, httplib::Response& response,
-                                                      const httplib::ContentReader& read) {
-      put(answer_with_body(read), response);
-    };
-    Get(kOnlyPath, without_body);
-    Options(kOnlyPath, without_body);
-    Post(kOnlyPath, with_body);
-    Put(kOnlyPath, with_body);
-    Patch(kOnlyPath, with_body);
-    Delete(kOnlyPath, with_body);
+    Get(kOnlyPath, answer);
+    Options(kOnlyPath, answer);
+    Post(kOnlyPath, answer);
+    Put(kOnlyPath, answer);
+    Patch(kOnlyPath, answer);
+    Delete(kOnlyPath, answer);
     // What the library thinks of by itself is not sent: no exception text, no fields that are untrue of us.
     set_exception_handler([this](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
       refuse_internally(response);
@@ -185,36 +199,18 @@ class HttpListener::Library final : public httplib::Server {
     set_error_handler(Handler([this](const httplib::Request&, httplib::Response& response) {
       if (!response.has_header("X-Content-Type-Options")) refuse_internally(response);
     }));
-    set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
+    set_post_routing_handler([this](const httplib::Request&, httplib::Response& response) {
       response.headers.erase("Keep-Alive");
       response.headers.erase("Accept-Ranges");
       if (!response.has_header("Connection")) {
-        if (current_exchange->was_cut)
-          response.set_header("Connection", "close");
-        else if (current_exchange->head.is_http_1_0)
-          response.set_header("Connection", "keep-alive");
+        response.set_header("Connection", current_exchange->was_cut ? "close" : "keep-alive");
+        if (!current_exchange->was_cut)
+          response.set_header("Keep-Alive",
+                              "timeout=" + std::to_string(static_cast<int>(settings_.idle_seconds)));
       }
       const bool has_no_length = response.status == 204 || response.status == 304;
       if (has_no_length) response.headers.erase("Content-Length");
     });
-  }
-
-  HttpResponse answer_with_body(const httplib::ContentReader& read) {
-    Exchange& exchange = *current_exchange;
-    std::string body;
-    body.reserve(exchange.head.content_length);
-    const bool is_whole = read([&](const char* data, size_t size) {
-      body.append(data, size);
-      return true;
-    });
-    if (is_whole && !exchange.connection.has_unread_body())
-      return service_.answer(exchange.head, std::move(body), exchange.connection.remote_address());
-    exchange.was_cut = true;
-    if (exchange.connection.body_was_late())
-      return service_.refuse(&exchange.head, HttpProblem(408, "request-timeout", "The request took too long",
-                                                         "The request's body did not arrive in time."));
-    return service_.refuse(&exchange.head, HttpProblem(400, "bad-request", "The request is malformed",
-                                                       "The body is shorter than its Content-Length."));
   }
 
   void refuse_internally(httplib::Response& response) {
@@ -235,6 +231,7 @@ class HttpListener::Library final : public httplib::Server {
       put_stream(std::move(from), to);
       return;
     }
+    current_exchange->was_large = from.body.size() >= kLargeAnswer;
     if (!from.content_type.empty()) to.set_header("Content-Type", from.content_type);
     to.body = std::move(from.body);
   }
@@ -261,7 +258,8 @@ class HttpListener::Library final : public httplib::Server {
   /// Called by the library for each connection, on a thread of the queue.
   bool process_and_close_socket(socket_t socket) override {
     try {
-      const Share counted(open_connections_, 1);
+      Share counted(open_connections_);
+      counted.grow(1);
       HttpConnection connection(socket, settings_, load_);
       if (ConnectionQueue::is_surplus())
         turn_away(connection);
@@ -297,27 +295,52 @@ class HttpListener::Library final : public httplib::Server {
   bool serve_request(HttpConnection& connection, bool is_last) {
     RequestHead head;
     bool is_read = false;
+    MemoryReturn memory(buffered_bodies_);
     try {
       const std::optional<std::string> text = connection.read_head();
       if (!text) return false;
       head = parse_request_head(*text, {.most_path_bytes = settings_.most_path_bytes});
       is_read = true;
-      if (!is_safe_method(head.method) && !head.has_content_length && connection.has_unread_bytes())
-        throw HttpProblem(411, "length-required", "A Content-Length is required",
-                          "Bytes follow the request's head, which announces none.");
-      if (const auto answer = service_.admit(head)) {
+      refuse_forgotten_length(connection, head);
+      if (const auto answer = service_.admit(head, connection.remote_address())) {
         close_with(connection, head, *answer, "See Other");
         return false;
       }
-      const Share body(buffered_bodies_, head.content_length, kMostBufferedBodies);
-      if (!body.is_taken())
-        throw HttpProblem(503, "unavailable", "The server is busy", "Too many bodies are being received.", {},
-                          {{"Retry-After", "2"}});
-      return exchange(connection, head, is_last || !head.keeps_alive);
+      Share buffered(buffered_bodies_);
+      std::string body = receive_body(connection, head, buffered, memory);
+      return exchange(connection, head, std::move(body), is_last || !head.keeps_alive, memory);
     } catch (const HttpProblem& problem) {
       close_with(connection, head, service_.refuse(is_read ? &head : nullptr, problem), problem.title);
       return false;
     }
+  }
+
+  /// Bytes behind a head that announces none are the next request, or a body whose length was forgotten.
+  static void refuse_forgotten_length(const HttpConnection& connection, const RequestHead& head) {
+    const std::string_view next = connection.unread_bytes();
+    const bool is_request =
+        next.empty() || next.front() == '\r' || (next.front() >= 'A' && next.front() <= 'Z');
+    if (!is_request && !is_safe_method(head.method) && !head.field("content-length") && !head.is_chunked)
+      throw HttpProblem(411, "length-required", "A Content-Length is required",
+                        "Bytes follow the request's head, which announces none.");
+  }
+
+  /// Throws: HttpProblem.
+  std::string receive_body(HttpConnection& connection, const RequestHead& head, Share& buffered,
+                           MemoryReturn& memory) {
+    std::size_t admitted = 0;
+    const auto admit = [&](std::size_t further_bytes) {
+      admitted += further_bytes;
+      memory.is_due = admitted >= kLarge;
+      if (!buffered.grow(further_bytes, kMostBufferedBodies))
+        throw HttpProblem(503, "unavailable", "The server is busy", "Too many bodies are being received.", {},
+                          {{"Retry-After", "2"}});
+    };
+    admit(head.content_length);
+    if (head.expects_continue && connection.unread_bytes().empty() &&
+        !connection.write("HTTP/1.1 100 Continue\r\n\r\n"))
+      throw HttpProblem(400, "bad-request", "The request is malformed", "The client left.");
+    return head.is_chunked ? connection.read_chunked_body(admit) : connection.read_body(head.content_length);
   }
 
   void close_with(HttpConnection& connection, const RequestHead& head, const HttpResponse& response,
@@ -325,18 +348,16 @@ class HttpListener::Library final : public httplib::Server {
     if (connection.write(serialised(response, reason, head.method != "HEAD"))) connection.close_gently();
   }
 
-  /// Lets the library read the body, call the handlers and write the answer.
-  bool exchange(HttpConnection& connection, const RequestHead& head, bool closes) {
-    if (head.expects_continue && !connection.has_unread_bytes() &&
-        !connection.write("HTTP/1.1 100 Continue\r\n\r\n"))
-      return false;
-    Exchange exchange{connection, head};
+  /// Lets the library call the handlers and write the answer.
+  bool exchange(HttpConnection& connection, const RequestHead& head, std::string body, bool closes,
+                MemoryReturn& memory) {
+    Exchange exchange{connection, head, std::move(body)};
     current_exchange = &exchange;
-    connection.expect_body(head.content_length);
     connection.begin_response();
     BoundedStream stream(connection, plain_head(head, closes));
     const bool is_written = let_library_process(*this, stream, closes) && connection.flush();
     current_exchange = nullptr;
+    memory.is_due |= exchange.was_large;
     if (!is_written) return false;
     if (!closes && !exchange.was_cut) return true;
     connection.close_gently();

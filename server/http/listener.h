@@ -20,7 +20,7 @@ namespace retake {
 struct HttpService {
   /// Judges a head before its body is read; a response replaces the request's answer and closes the
   /// connection. Throws: HttpProblem.
-  std::function<std::optional<HttpResponse>(const RequestHead&)> admit;
+  std::function<std::optional<HttpResponse>(const RequestHead&, const std::string& remote_address)> admit;
   /// Answers a request. Never throws.
   std::function<HttpResponse(const RequestHead&, std::string body, std::string remote_address)> answer;
   /// The response of a refusal; `head` is nullptr if it could not be read. Never throws.

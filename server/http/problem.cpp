@@ -41,6 +41,11 @@ HttpResponse problem_response(const HttpProblem& problem) {
   return response;
 }
 
+HttpProblem body_too_large(std::size_t most_bytes) {
+  return HttpProblem(413, "content-too-large", "The body is too large",
+                     "A body may have " + std::to_string(most_bytes) + " bytes.");
+}
+
 HttpResponse json_response(const nlohmann::json& body, int status) {
   HttpResponse response;
   response.status = status;

@@ -2,6 +2,7 @@
 // doc/api.md, "Conventions". It must not know the socket; it only builds responses.
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -30,6 +31,9 @@ class HttpProblem : public std::runtime_error {
 
 /// The response of a problem: application/problem+json {"type","title","status","detail","errors",...}.
 HttpResponse problem_response(const HttpProblem& problem);
+
+/// 413 of a body that has more bytes, or announces more.
+HttpProblem body_too_large(std::size_t most_bytes);
 
 /// Serialises JSON for a client; invalid UTF-8 is replaced, never thrown.
 HttpResponse json_response(const nlohmann::json& body, int status = 200);

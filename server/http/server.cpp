@@ -5,9 +5,11 @@
 #include <array>
 #include <atomic>
 #include <iostream>
+#include <new>
 #include <stdexcept>
 #include <utility>
 
+#include "server/http/clients.h"
 #include "server/http/guard.h"
 #include "server/http/listener.h"
 #include "server/http/problem.h"
@@ -40,6 +42,32 @@ HttpRequest to_request(const RequestHead& head, std::string body, std::string re
   return request;
 }
 
+/// "1,234,567".
+std::string grouped(std::size_t number) {
+  std::string text = std::to_string(number);
+  for (std::size_t place = text.size(); place > 3; place -= 3)
+    text.insert(place - 3, ",");
+  return text;
+}
+
+HttpProblem unavailable_problem(std::string detail) {
+  return HttpProblem(503, "unavailable", "The server cannot do this now", std::move(detail), {},
+                     {{"Retry-After", "5"}});
+}
+
+HttpProblem invalid_problem(const InvalidRequest& invalid) {
+  if (invalid.malformed())
+    return HttpProblem(400, "invalid-request", "The document cannot be read",
+                       "The body is not a JSON document.", invalid.faults());
+  const std::string more = invalid.further_faults() > 0
+                               ? " The first " + std::to_string(invalid.faults().size()) +
+                                     " faults are listed, and " + grouped(invalid.further_faults()) +
+                                     " more were found."
+                               : "";
+  return HttpProblem(422, "invalid-request", "The document is not valid",
+                     "The request says something that is not possible." + more, invalid.faults());
+}
+
 /// Runs a handler and turns whatever it throws into a problem.
 HttpResponse call(const HttpHandler& handler, const HttpRequest& request) {
   try {
@@ -47,17 +75,14 @@ HttpResponse call(const HttpHandler& handler, const HttpRequest& request) {
   } catch (const HttpProblem& problem) {
     return problem_response(problem);
   } catch (const InvalidRequest& invalid) {
-    if (invalid.malformed())
-      return problem_response(HttpProblem(400, "invalid-request", "The document cannot be read",
-                                          "The body is not a JSON document.", invalid.faults()));
-    return problem_response(HttpProblem(422, "invalid-request", "The document is not valid",
-                                        "The request says something that is not possible.",
-                                        invalid.faults()));
+    return problem_response(invalid_problem(invalid));
   } catch (const std::runtime_error& error) {
     log_failure(request, "unavailable", error.what());
-    return problem_response(HttpProblem(503, "unavailable", "The server cannot do this now",
-                                        "Something that the server depends on failed; try again later.", {},
-                                        {{"Retry-After", "5"}}));
+    return problem_response(
+        unavailable_problem("Something that the server depends on failed; try again later."));
+  } catch (const std::bad_alloc& error) {
+    log_failure(request, "unavailable", error.what());
+    return problem_response(unavailable_problem("The server is short of memory; try again later."));
   } catch (const std::exception& error) {
     log_failure(request, "internal error", error.what());
   } catch (...) {
@@ -72,18 +97,22 @@ HttpResponse call(const HttpHandler& handler, const HttpRequest& request) {
 class HttpServer::Implementation {
  public:
   explicit Implementation(HttpSettings settings)
-      : settings_(std::move(settings)), guard_(settings_), listener_(settings_, load_, service()) {}
+      : settings_(std::move(settings)),
+        guard_(settings_),
+        streams_(settings_.most_streams_of_client, settings_.most_streams),
+        listener_(settings_, load_, service()) {}
 
   HttpService service() {
-    return {.admit = [this](const RequestHead& head) { return admit(head); },
-            .answer = [this](const RequestHead& head, std::string body,
-                             std::string remote) { return answer(head, std::move(body), std::move(remote)); },
-            .refuse = [this](const RequestHead* head,
-                             const HttpProblem& problem) { return refuse(head, problem); }};
+    return {
+        .admit = [this](const RequestHead& head, const std::string& remote) { return admit(head, remote); },
+        .answer = [this](const RequestHead& head, std::string body,
+                         std::string remote) { return answer(head, std::move(body), std::move(remote)); },
+        .refuse = [this](const RequestHead* head,
+                         const HttpProblem& problem) { return refuse(head, problem); }};
   }
 
-  std::optional<HttpResponse> admit(const RequestHead& head) {
-    std::optional<HttpResponse> response = guard_.admit(head);
+  std::optional<HttpResponse> admit(const RequestHead& head, const std::string& remote_address) {
+    std::optional<HttpResponse> response = guard_.admit(head, remote_address);
     if (response) finish(&head, *response);
     return response;
   }
@@ -119,7 +148,7 @@ class HttpServer::Implementation {
       }
     counters.refused = refused_;
     counters.open_connections = listener_.open_connections() + load_.waiting_connections;
-    counters.open_streams = open_streams_;
+    counters.open_streams = streams_.count();
     return counters;
   }
 
@@ -160,14 +189,19 @@ class HttpServer::Implementation {
       response.stream = [](const StreamSink&) {};
       return;
     }
-    const std::shared_ptr<void> place(nullptr, [this](void*) { --open_streams_; });
-    if (++open_streams_ > settings_.most_streams) {
-      response =
-          problem_response(HttpProblem(503, "too-many-streams", "Too many streams are open",
-                                       "Close a stream or try again later.", {}, {{"Retry-After", "5"}}));
+    const ClientPlaces::Taken taken = streams_.take(client_at(request.remote_address));
+    if (taken.refusal != ClientPlaces::Refusal::none) {
+      const bool is_greedy = taken.refusal == ClientPlaces::Refusal::client_has_many;
+      const std::string most = std::to_string(settings_.most_streams_of_client);
+      response = problem_response(
+          HttpProblem(is_greedy ? 429 : 503, "too-many-streams", "Too many streams are open",
+                      is_greedy ? "A client may have " + most + " streams; close one or try again later."
+                                : "Other clients hold all streams; try again later.",
+                      {}, {{"Retry-After", "5"}}));
       return;
     }
-    response.stream = [stream = std::move(response.stream), place, request](const StreamSink& sink) {
+    response.stream = [stream = std::move(response.stream), place = taken.place,
+                       request](const StreamSink& sink) {
       try {
         stream(sink);
       } catch (const std::exception& error) {
@@ -192,12 +226,12 @@ class HttpServer::Implementation {
   }
 
   const HttpSettings settings_;
-  const HttpGuard guard_;
+  HttpGuard guard_;
   RouteTable routes_;
   ServerLoad load_;
   std::array<std::atomic<std::uint64_t>, kStatusCount> by_status_{};
   std::atomic<std::uint64_t> refused_{0};
-  std::atomic<std::size_t> open_streams_{0};
+  ClientPlaces streams_;
   HttpListener listener_;
 };
 

@@ -18,7 +18,8 @@ struct HttpSettings {
       allowed_hosts;  ///< further Host names beside loopback names and the address itself
   std::vector<std::string> allowed_origins;  ///< origins that may read answers (CORS) and send unsafe methods
   std::size_t threads = 48;                  ///< connections served at once
-  std::size_t most_streams = 8;
+  std::size_t most_streams = 24;             ///< of all clients; chosen: half of the threads
+  std::size_t most_streams_of_client = 8;
   std::size_t most_head_bytes = 16 * 1024;
   std::size_t most_body_bytes = 1024 * 1024;
   std::size_t most_path_bytes = 512;

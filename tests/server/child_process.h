@@ -71,6 +71,7 @@ class ChildProcess {
     std::map<std::string, std::string> environment{};  ///< beside what is inherited, RETAKE_* left out
     std::string input{};                               ///< what it reads from its standard input
     rlim_t most_file_bytes = RLIM_INFINITY;            ///< a disk that is full at this size of a file
+    rlim_t most_address_space = RLIM_INFINITY;         ///< [bytes] memory that runs out
     std::string program = RETAKE_PROGRAM;
   };
 
@@ -92,6 +93,7 @@ class ChildProcess {
     const std::string folder_text = folder.string(), in_text = in.string();
     const std::string out_text = out_.string(), err_text = err_.string();
     const rlimit limit{start.most_file_bytes, start.most_file_bytes};
+    const rlimit space{start.most_address_space, start.most_address_space};
 
     pid_ = fork();
     if (pid_ < 0) throw std::runtime_error("cannot fork");
@@ -104,6 +106,7 @@ class ChildProcess {
       signal(SIGXFSZ, SIG_IGN);
       setrlimit(RLIMIT_FSIZE, &limit);
     }
+    if (start.most_address_space != RLIM_INFINITY) setrlimit(RLIMIT_AS, &space);
     if (is_ready) execve(arguments[0], arguments.data(), environment.data());
     _exit(126);
   }

@@ -1,5 +1,5 @@
-// Daemon: the real `retake serve` as a child process, and a client that asks it. What the tests of the API, the
-// determinism and the command line tests stand on. It must not know httplib.h.
+// Daemon: the real `retake serve` as a child process, and a client that asks it. What the tests of the API,
+// the determinism and the command line tests stand on. It must not know httplib.h.
 #pragma once
 
 #include <filesystem>
@@ -56,6 +56,7 @@ class Daemon {
     std::vector<std::string> before_command{};
     Fields environment{};
     rlim_t most_file_bytes = RLIM_INFINITY;
+    rlim_t most_address_space = RLIM_INFINITY;
     std::string store = "retake.db";
   };
 
@@ -70,7 +71,8 @@ class Daemon {
     process_ = std::make_unique<ChildProcess>(
         folder, ChildProcess::Start{.arguments = arguments,
                                     .environment = options.environment,
-                                    .most_file_bytes = options.most_file_bytes});
+                                    .most_file_bytes = options.most_file_bytes,
+                                    .most_address_space = options.most_address_space});
     wait_until([this] { return process_->has_ended() || find_port(); });
     if (port_ == 0) throw std::runtime_error("the daemon did not start: " + process_->err());
   }

@@ -32,7 +32,8 @@ struct RawResponse {
 
 class RawClient {
  public:
-  explicit RawClient(int port, int receive_buffer = 0)
+  /// `source` is the address that it comes from.
+  explicit RawClient(int port, int receive_buffer = 0, const char* source = "127.0.0.1")
       : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     if (receive_buffer > 0)
       setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof(receive_buffer));
@@ -40,6 +41,9 @@ class RawClient {
     setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes));
     sockaddr_in address{};
     address.sin_family = AF_INET;
+    inet_pton(AF_INET, source, &address.sin_addr);
+    if (bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof(address)) != 0)
+      throw std::runtime_error("cannot come from " + std::string(source));
     address.sin_port = htons(static_cast<std::uint16_t>(port));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     if (connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof(address)) != 0)
@@ -180,6 +184,14 @@ inline std::string post(std::string_view target, std::string_view body,
          " HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n" +
          "Content-Length: " + std::to_string(body.size()) + "\r\n" + std::string(further_fields) + "\r\n" +
          std::string(body);
+}
+
+/// A POST of a body in chunks, which are given as they are sent.
+inline std::string chunked(std::string_view target, std::string_view chunks,
+                           std::string_view coding = "chunked") {
+  return "POST " + std::string(target) +
+         " HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nTransfer-Encoding: " +
+         std::string(coding) + "\r\n\r\n" + std::string(chunks);
 }
 
 }  // namespace retake::test

@@ -70,6 +70,10 @@ TEST_F(CommandLine, What_is_used_wrongly_ends_with_2) {
                                                            {"serve", "--low-water", "99999999999999999999"},
                                                            {"serve", "--refill", "-5"},
                                                            {"serve", "--refill", "0"},
+                                                           {"serve", "--allow-origin", "a.example"},
+                                                           {"serve", "--allow-origin", "https://a.example/"},
+                                                           {"serve", "--allow-origin", "https://a.example,*"},
+                                                           {"serve", "--allow-host", "https://a.example"},
                                                            {"sample"},
                                                            {"sample", "a.json", "--count", "0"},
                                                            {"sample", "a.json", "--ess", "0"},
@@ -102,6 +106,9 @@ TEST_F(CommandLine, What_is_configured_wrongly_ends_with_3) {
   expect_exit(3, {"serve", "--listen", "127.0.0.1:65536"});
   expect_exit(3, {"serve", "--listen", "127.0.0.1:-1"});
   expect_exit(3, {"serve"}, {{"RETAKE_LISTEN", "0.0.0.0:0"}});
+  expect_exit(3, serve({}), {{"RETAKE_ALLOW_ORIGIN", "https://a.example/"}});
+  EXPECT_NE(run(serve({"--allow-origin", "a.example"})).err.find("https://game.example"), std::string::npos)
+      << "the form of an origin";
   expect_exit(3, serve({"--token", "two words"}));
   expect_exit(3, serve({"--token-file", "missing"}));
   write_text(folder / "empty", "");

@@ -177,11 +177,17 @@ TEST(HttpAttack, EndlessStreamsAreCut) {
       {"header lines without end", "GET / HTTP/1.1\r\n", "X-Field: value\r\nY-Field: value\r\n", 431},
       {"empty lines without end", "", "\r\n\r\n\r\n\r\n", 400},
       {"chunks", post_head + "Transfer-Encoding: chunked\r\n\r\n",
-       "10000\r\n" + std::string(65536, 'a') + "\r\n", 411},
+       "10000\r\n" + std::string(65536, 'a') + "\r\n", 413},
+      {"chunks of a byte with extensions", post_head + "Transfer-Encoding: chunked\r\n\r\n", "1;a=b\r\na\r\n",
+       400},
+      {"a chunk's size without end", post_head + "Transfer-Encoding: chunked\r\n\r\n",
+       std::string(65536, '0'), 400},
+      {"trailers without end", post_head + "Transfer-Encoding: chunked\r\n\r\n0\r\n", "X: y\r\n", 400},
       {"more than the length", post_head + "Content-Length: 2\r\n\r\n{}", std::string(65536, 'a'), 201},
       {"a huge length", post_head + "Content-Length: 18446744073709551615\r\n\r\n", std::string(65536, 'a'),
        400},
       {"no length", post_head + "\r\n", std::string(65536, 'a'), 411},
+      {"no length that could be a request", post_head + "\r\n", std::string(65536, 'A'), 201},
   };
   for (const Case& c : cases) {
     SCOPED_TRACE(c.what);
@@ -192,9 +198,8 @@ TEST(HttpAttack, EndlessStreamsAreCut) {
     EXPECT_LT(server.answer_seconds(), kServedWithin);
     RawClient polite(server.port());
     polite.send(c.beginning + c.piece);
-    if (c.piece.size() < 1000)
-      for (int i = 0; i < 1000; ++i)
-        polite.send(c.piece, 0.1);
+    for (int i = 0; i < (c.piece.size() < 1000 ? 2000 : 20); ++i)
+      polite.send(c.piece, 0.1);
     EXPECT_EQ(polite.read().status, c.status);
   }
 }
@@ -257,7 +262,9 @@ TEST(HttpAttack, MoreSlowHeadsThanThreadsDelayOthersBySecondsOnly) {
 
 TEST(HttpAttack, SlowBodiesAreEvictedAfterTenSecondsInAll) {
   const ServerProcess server;
-  auto clients = many_clients(16, server.port(), post("/echo", std::string(500, 'a')).substr(0, 200));
+  auto clients = many_clients(8, server.port(), post("/echo", std::string(500, 'a')).substr(0, 200));
+  for (auto& client : many_clients(8, server.port(), test::chunked("/echo", "fff\r\n")))
+    clients.push_back(std::move(client));
   const double seconds = drip(clients, 60, server, kServedWithin);
   EXPECT_GT(seconds, 8);
   EXPECT_LT(seconds, 60);
@@ -275,6 +282,49 @@ TEST(HttpAttack, ManyLargeBodiesAtOnceAreRefusedBeforeTheyAreHeld) {
     return refused >= 20;
   }));
   EXPECT_LT(refused, 40);
+}
+
+TEST(HttpAttack, ChunkedBodiesAreCountedAsTheyArrive) {
+  const ServerProcess server;
+  const std::string almost = "fff00\r\n" + std::string(0xfff00, 'a') + "\r\n";
+  {
+    // Forty that say nothing of their size take no place before there is something of them.
+    auto silent = many_clients(40, server.port(), test::chunked("/echo", "fffff\r\n"));
+    EXPECT_EQ(RawClient(server.port()).ask(test::chunked("/echo", almost + "0\r\n\r\n")).status, 201);
+  }
+  auto clients = many_clients(40, server.port(), test::chunked("/echo", almost));
+  EXPECT_LT(server.answer_seconds(), kServedWithin);
+  int refused = 0;
+  EXPECT_TRUE(test::eventually([&] {
+    for (auto& client : clients)
+      refused += client->read_head(0.001).status == 503;
+    return refused >= 20;
+  }));
+  EXPECT_LT(refused, 40);
+}
+
+TEST(HttpAttack, GuessesOfTheTokenHoldNoThreadsAndEndWithOneASecond) {
+  HttpSettings settings;
+  settings.token = "right";
+  const ServerProcess server(settings);
+  std::atomic<int> looked_at{0}, put_off{0};
+  std::vector<std::thread> guessers;
+  const auto start = Clock::now();
+  for (int g = 0; g < 8; ++g)
+    guessers.emplace_back([&, g] {
+      for (int i = 0; i < 500; ++i) {
+        const std::string token = std::to_string(g) + "-" + std::to_string(i);
+        const int status =
+            RawClient(server.port()).ask(get("/echo", "Authorization: Bearer " + token + "\r\n"), 20).status;
+        looked_at += status == 401;
+        put_off += status == 429;
+      }
+    });
+  EXPECT_LT(server.answer_seconds(), kServedWithin);
+  for (std::thread& guesser : guessers)
+    guesser.join();
+  EXPECT_EQ(looked_at + put_off, 4000);
+  EXPECT_LT(looked_at, 40 + seconds_since(start)) << "twenty, eight at once, and one a second";
 }
 
 TEST(HttpAttack, BodiesThatAreRefusedTakeNobodysPlace) {
@@ -348,7 +398,7 @@ TEST(HttpAttack, StreamsThatNobodyReadsLeaveRoomForOthers) {
     for (auto& client : streams) {
       const int status = client->read_head().status;
       open += status == 200;
-      refused += status == 503;
+      refused += status == 429;
     }
     EXPECT_EQ(open, 8);
     EXPECT_EQ(refused, 12);

@@ -78,13 +78,42 @@ TEST(HttpServer, RefusesMalformedAndUnwantedRequests) {
       {"a header without a colon", "GET /echo HTTP/1.1\r\n" + host + "X-A\r\n\r\n", 400},
       {"a head over the limit", get("/echo", "X-A: " + std::string(20000, 'a') + "\r\n"), 431},
       {"a request line over the limit", "GET /" + std::string(30000, 'a'), 414},
-      {"chunks",
-       "POST /echo HTTP/1.1\r\n" + host + json_type +
+      {"chunks and more", test::chunked("/echo", "2\r\n{}\r\n0\r\n\r\n", "x, CHUNKED"), 501},
+      {"chunks twice", test::chunked("/echo", "2\r\n{}\r\n0\r\n\r\n", "chunked, chunked"), 501},
+      {"no chunks at the end", test::chunked("/echo", "2\r\n{}\r\n0\r\n\r\n", "chunked, gzip"), 501},
+      {"a packed coding", test::chunked("/echo", "2\r\n{}\r\n0\r\n\r\n", "gzip"), 501},
+      {"a coding that is none", test::chunked("/echo", "{}", "identity"), 501},
+      {"an empty coding", test::chunked("/echo", "{}", ""), 501},
+      {"two codings", test::chunked("/echo", "2\r\n{}\r\n0\r\n\r\n", "chunked\r\nTransfer-Encoding: chunked"),
+       400},
+      {"chunks of HTTP/1.0",
+       "POST /echo HTTP/1.0\r\n" + host + json_type +
            "Transfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n",
-       411},
-      {"chunks in disguise",
-       "POST /echo HTTP/1.1\r\n" + host + json_type + "transfer-encoding:\tx, CHUNKED\r\n\r\n", 411},
-      {"chunks on GET", "GET /echo HTTP/1.1\r\n" + host + "Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 411},
+       400},
+      {"chunks on GET", "GET /echo HTTP/1.1\r\n" + host + "Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 400},
+      {"chunks without a type",
+       "POST /echo HTTP/1.1\r\n" + host + "Transfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n", 415},
+      {"a chunk over the limit", test::chunked("/echo", "100001\r\n"), 413},
+      {"chunks over the limit", test::chunked("/echo", "1\r\n{\r\n100000\r\n"), 413},
+      {"a size of 2^64-1", test::chunked("/echo", "ffffffffffffffff\r\n"), 413},
+      {"a size of 2^64", test::chunked("/echo", "10000000000000000\r\n"), 400},
+      {"a size with a sign", test::chunked("/echo", "+2\r\n{}\r\n0\r\n\r\n"), 400},
+      {"a size with a prefix", test::chunked("/echo", "0x2\r\n{}\r\n0\r\n\r\n"), 400},
+      {"a size behind a space", test::chunked("/echo", " 2\r\n{}\r\n0\r\n\r\n"), 400},
+      {"a size before a space", test::chunked("/echo", "2 \r\n{}\r\n0\r\n\r\n"), 400},
+      {"no size", test::chunked("/echo", "\r\n{}\r\n0\r\n\r\n"), 400},
+      {"a size that ends with a line feed", test::chunked("/echo", "2\n{}\r\n0\r\n\r\n"), 400},
+      {"an extension with a line feed", test::chunked("/echo", "2;a\nb\r\n{}\r\n0\r\n\r\n"), 400},
+      {"an extension with a carriage return", test::chunked("/echo", "2;a\rb\r\n{}\r\n0\r\n\r\n"), 400},
+      {"a chunk that is longer", test::chunked("/echo", "2\r\n{} \r\n0\r\n\r\n"), 400},
+      {"a chunk that is shorter", test::chunked("/echo", "3\r\n{}\r\n0\r\n\r\n"), 400},
+      {"a chunk that ends with a line feed", test::chunked("/echo", "2\r\n{}\n0\r\n\r\n"), 400},
+      {"long extensions", test::chunked("/echo", "2;" + std::string(5000, 'a') + "\r\n{}\r\n0\r\n\r\n"), 400},
+      {"long trailers", test::chunked("/echo", "2\r\n{}\r\n0\r\nX: " + std::string(5000, 'a') + "\r\n\r\n"),
+       400},
+      {"chunks that break off", test::chunked("/echo", "2\r\n{}\r\n"), 400},
+      {"a target without a host", "GET http:///echo HTTP/1.1\r\n" + host + "\r\n", 400},
+      {"a target of a port", "GET http://:80/echo HTTP/1.1\r\n" + host + "\r\n", 400},
       {"both lengths",
        "POST /echo HTTP/1.1\r\n" + host + json_type +
            "Content-Length: 2\r\nTransfer-Encoding: chunked\r\n\r\n{}",
@@ -108,7 +137,8 @@ TEST(HttpServer, RefusesMalformedAndUnwantedRequests) {
        "POST /echo HTTP/1.1\r\n" + host + json_type + "Content-Length: 18446744073709551617\r\n\r\n", 400},
       {"a length over the limit",
        "POST /echo HTTP/1.1\r\n" + host + json_type + "Content-Length: 1048577\r\n\r\n", 413},
-      {"no length with a type", "POST /echo HTTP/1.1\r\n" + host + json_type + "\r\n", 411},
+      {"no length with a body and its type", "POST /echo HTTP/1.1\r\n" + host + json_type + "\r\n{\"a\":1}",
+       411},
       {"no length with a body", "POST /echo HTTP/1.1\r\n" + host + "\r\n{\"a\":1}", 411},
       {"a body on GET", "GET /echo HTTP/1.1\r\n" + host + "Content-Length: 2\r\n\r\n{}", 400},
       {"a compressed body", post("/echo", "{}", "Content-Encoding: gzip\r\n"), 415},
@@ -134,7 +164,7 @@ TEST(HttpServer, RefusesMalformedAndUnwantedRequests) {
     SCOPED_TRACE(c.what);
     RawClient client(server.port());
     client.send(c.request);
-    if (c.status == 400 && std::string_view(c.what) == "a body that breaks off") client.finish_sending();
+    if (std::string_view(c.what).ends_with("off")) client.finish_sending();
     expect_problem(client.read(), c.status);
     EXPECT_TRUE(client.is_closed_within(5)) << "a refused connection must not be used further";
     EXPECT_EQ(ask(server.port(), get("/healthz")).status, 200);
@@ -169,6 +199,26 @@ TEST(HttpServer, AcceptsWhatIsUnusualButSane) {
                   .status,
               201)
         << type;
+}
+
+TEST(HttpServer, ARequestWithoutABodyMayNameItsType) {
+  const RunningServer server;
+  RawClient client(server.port());
+  const std::string ends[] = {"\r\n", "Content-Length: 0\r\n\r\n",
+                              "Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n"};
+  for (const char* type : {"application/json", "application/json; charset=utf-8", "text/plain"})
+    for (const std::string& end : ends) {
+      // An empty body in chunks is one all the same, and judged by its type.
+      if (type == std::string_view("text/plain") && end.starts_with("Transfer")) continue;
+      const std::string fields =
+          " HTTP/1.1\r\nHost: localhost\r\nContent-Type: " + std::string(type) + "\r\n" + end;
+      EXPECT_EQ(client.ask("DELETE /things/1" + fields).status, 204) << fields;
+      EXPECT_EQ(json::parse(client.ask("POST /echo" + fields).body).at("size"), 0) << fields;
+      // One that is sent at once behind another.
+      client.send("DELETE /things/1" + fields + get("/things/2"));
+      EXPECT_EQ(client.read().status, 204) << fields;
+      EXPECT_EQ(json::parse(client.read().body), (json{{"id", "2"}})) << fields;
+    }
 }
 
 TEST(HttpServer, AHeaderNamedLikeTheLibrarysOwnDoesNotShadowTheAddress) {
@@ -206,6 +256,36 @@ TEST(HttpServer, WithATokenOnlyHealthIsOpen) {
                      "OPTIONS /echo HTTP/1.1\r\nHost: localhost\r\nOrigin: http://x\r\n"
                      "Access-Control-Request-Method: POST\r\n\r\n"),
                  401);
+}
+
+TEST(HttpServer, WhoGuessesTokensIsSlowedAndHoldsNobodyUp) {
+  HttpSettings settings;
+  settings.token = "right";
+  settings.threads = 2;
+  const RunningServer server(settings);
+  const auto with = [&](const std::string& token, const char* source = "127.0.0.1") {
+    RawClient client(server.port(), 0, source);
+    return client.ask(get("/echo", "Authorization: Bearer " + token + "\r\n"));
+  };
+  // An old token that comes again and again is no guess.
+  for (int i = 0; i < 100; ++i)
+    expect_problem(with("old"), 401, "unauthorized");
+  EXPECT_EQ(with("right").status, 200);
+
+  int looked_at = 0;
+  for (int i = 0; i < 200; ++i) {
+    const RawResponse response = with("guess" + std::to_string(i));
+    looked_at += response.status == 401;
+    if (response.status == 401) continue;
+    expect_problem(response, 429, "too-many-tokens");
+    EXPECT_EQ(response.header("retry-after"), "1");
+  }
+  EXPECT_GE(looked_at, 19);
+  EXPECT_LT(looked_at, 60) << "200 guesses take seconds on a busy machine, but not 40";
+  EXPECT_EQ(ask(server.port(), get("/healthz")).status, 200) << "what needs no token is served on";
+  expect_problem(ask(server.port(), get("/echo")), 401, "unauthorized");
+  EXPECT_EQ(with("right", "127.0.0.2").status, 200) << "another client pays for it";
+  EXPECT_TRUE(test::eventually([&] { return with("right").status == 200; })) << "locked out for good";
 }
 
 TEST(HttpServer, ThePagesAddressExchangesTheTokenForACookie) {
@@ -290,6 +370,50 @@ TEST(HttpServer, FurtherHostsAreAllowedByName) {
     EXPECT_EQ(ask(server.port(), "GET /echo HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n").status, 200)
         << host;
   expect_problem(ask(server.port(), "GET /echo HTTP/1.1\r\nHost: sub.retake.example\r\n\r\n"), 421);
+}
+
+TEST(HttpServer, OriginsAndHostsThatNobodySendsAreRefused) {
+  const char* const never_sent[] = {"a.example",
+                                    "https://a.example/",
+                                    "https://a.example/path",
+                                    "*",
+                                    "null",
+                                    "HTTPS://a.example",
+                                    "https://A.example",
+                                    "https://u@a.example",
+                                    "https://a.example:443",
+                                    "http://a.example:80",
+                                    "https://a.example:",
+                                    "https://a.example:0",
+                                    "https://a.example:65536",
+                                    "https://a.example:x",
+                                    "https://*.a.example",
+                                    "https://",
+                                    "://a",
+                                    "https://a.example?b",
+                                    "https://a.example#b",
+                                    " https://a.example",
+                                    "https://\xc3\xa9.example",
+                                    "http://[::1",
+                                    "http://[0:0::1]",
+                                    "http://::1"};
+  for (const char* origin : never_sent) {
+    HttpSettings settings;
+    settings.allowed_origins = {origin};
+    EXPECT_THROW(HttpServer{settings}, std::runtime_error) << origin;
+  }
+  for (const char* origin : {"https://a.example", "http://localhost:3000", "http://[::1]:8080",
+                             "https://a.example:80", "capacitor://localhost", "https://xn--9ca.example"}) {
+    HttpSettings settings;
+    settings.allowed_origins = {origin};
+    EXPECT_NO_THROW(HttpServer{settings}) << origin;
+  }
+  for (const char* host :
+       {"https://a.example", "a.example/", "*", "*.a.example", "a b", "a:b", "[::1", "u@a"}) {
+    HttpSettings settings;
+    settings.allowed_hosts = {host};
+    EXPECT_THROW(HttpServer{settings}, std::runtime_error) << host;
+  }
 }
 
 TEST(HttpServer, ATokenThatACookieCannotHoldIsRefused) {

@@ -3,8 +3,10 @@
 #include "server/http/server.h"
 
 #include <chrono>
+#include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -108,6 +110,41 @@ TEST(HttpServer, BodiesArriveWholeWhateverTheirPieces) {
   EXPECT_EQ(json::parse(client.read().body).at("body"), "{\"pieces\":[1,2,3]}");
 }
 
+TEST(HttpServer, ChunkedBodiesArriveWholeWhateverTheirPieces) {
+  const RunningServer server;
+  RawClient client(server.port());
+  struct Case {
+    const char* chunks;
+    const char* body;
+  };
+  const Case cases[] = {
+      {"7\r\n{\"a\":1}\r\n0\r\n\r\n", "{\"a\":1}"},
+      {"1\r\n{\r\n006\r\n\"a\":1}\r\n000\r\n\r\n", "{\"a\":1}"},
+      {"2 ;a=\"b c\";d\r\n{}\r\n0;e\r\nX-Sum: 1\r\nY: 2\r\n\r\n", "{}"},
+      {"0\r\n\r\n", ""},
+  };
+  for (const Case& c : cases) {
+    client.send(test::chunked("/echo", c.chunks) + get("/things/next"));
+    EXPECT_EQ(json::parse(client.read().body).at("body"), c.body) << c.chunks;
+    EXPECT_EQ(json::parse(client.read().body).at("id"), "next") << "the connection lost its place";
+    for (const char byte : test::chunked("/echo", c.chunks))
+      ASSERT_TRUE(client.send(std::string(1, byte)));
+    EXPECT_EQ(json::parse(client.read().body).at("body"), c.body) << c.chunks << ", byte by byte";
+  }
+  // As large as a body may be.
+  std::string large;
+  for (int i = 0; i < 16; ++i)
+    large += "10000\r\n" + std::string(0x10000, 'b') + "\r\n";
+  EXPECT_EQ(json::parse(client.ask(test::chunked("/echo", large + "0\r\n\r\n")).body).at("size"), 1 << 20);
+  // A client that waits to be asked for it.
+  client.send(
+      "POST /echo HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+      "Transfer-Encoding: chunked\r\nExpect: 100-continue\r\n\r\n");
+  EXPECT_EQ(client.read().status, 100);
+  client.send("2\r\n{}\r\n0\r\n\r\n");
+  EXPECT_EQ(client.read().status, 201);
+}
+
 TEST(HttpServer, SaysContinueToAClientThatWaitsForIt) {
   const RunningServer server;
   RawClient client(server.port());
@@ -188,8 +225,26 @@ TEST(HttpServer, ConnectionsEndWhenTheClientOrTheVersionSaysSo) {
   EXPECT_TRUE(idle.is_closed_within(5));
   RawClient busy(server.port());
   for (int i = 0; i < 3; ++i)
-    EXPECT_EQ(busy.ask(get("/healthz")).header("connection"), i == 2 ? "close" : "");
+    EXPECT_EQ(busy.ask(get("/healthz")).header("connection"), i == 2 ? "close" : "keep-alive");
   EXPECT_TRUE(busy.is_closed_within(5));
+}
+
+TEST(HttpServer, SaysForHowLongAConnectionWaitsForTheNextRequest) {
+  HttpSettings settings;
+  settings.requests_per_connection = 3;
+  settings.idle_seconds = 2;
+  const RunningServer server(settings);
+  RawClient client(server.port());
+  for (const char* request : {"/healthz", "/nothing"})
+    EXPECT_EQ(client.ask(get(request)).header("keep-alive"), "timeout=2");
+  const RawResponse last = client.ask(get("/healthz"));
+  EXPECT_EQ(last.header("connection") + last.header("keep-alive"), "close") << "the last answer";
+  EXPECT_EQ(ask(server.port(), get("/healthz", "Connection: close\r\n")).header("keep-alive"), "");
+  EXPECT_EQ(ask(server.port(), "BREW / HTTP/1.1\r\n\r\n").header("keep-alive"), "");
+  RawClient idle(server.port());
+  idle.ask(get("/healthz"));
+  EXPECT_FALSE(idle.is_closed_within(1)) << "closed before its time";
+  EXPECT_TRUE(idle.is_closed_within(5));
 }
 
 TEST(HttpServer, AnUnchangedBodyIsNotSentAgain) {
@@ -284,6 +339,7 @@ RawResponse begin_stream(RawClient& client) {
 TEST(HttpServer, StreamsUntilTheClientLeavesAndRefusesTooMany) {
   HttpSettings settings;
   settings.most_streams = 2;
+  settings.most_streams_of_client = 3;
   RunningServer server(settings);
   RawClient first(server.port());
   {
@@ -306,6 +362,28 @@ TEST(HttpServer, StreamsUntilTheClientLeavesAndRefusesTooMany) {
   EXPECT_TRUE(test::eventually([&] { return server.server().counters().open_streams == 1; }));
   RawClient third(server.port());
   EXPECT_EQ(begin_stream(third).status, 200) << "a client that left still counts";
+}
+
+TEST(HttpServer, StreamsAreLimitedByClientBeforeTheyAreForAll) {
+  HttpSettings settings;
+  settings.most_streams = 5;
+  settings.most_streams_of_client = 2;
+  const RunningServer server(settings);
+  std::vector<std::unique_ptr<RawClient>> open;
+  const auto ask_from = [&](const char* source) {
+    open.push_back(std::make_unique<RawClient>(server.port(), 0, source));
+    return begin_stream(*open.back());
+  };
+  for (const char* source : {"127.0.0.1", "127.0.0.2"}) {
+    EXPECT_EQ(ask_from(source).status, 200);
+    EXPECT_EQ(ask_from(source).status, 200);
+    EXPECT_EQ(ask_from(source).status, 429) << "one client has more than its share";
+  }
+  EXPECT_EQ(ask_from("127.0.0.3").status, 200);
+  EXPECT_EQ(ask_from("127.0.0.3").status, 503) << "all are taken";
+  expect_problem(ask(server.port(), get("/events")), 429, "too-many-streams");
+  open.front()->reset();
+  EXPECT_TRUE(test::eventually([&] { return ask_from("127.0.0.1").status == 200; }));
 }
 
 TEST(HttpServer, APortIsBoundOnce) {
