@@ -92,6 +92,7 @@ struct ChainRecord {
   ChainCounters counters;
   std::string ended_by;         ///< for finished chains: what ended it
   std::string error;            ///< for failed chains
+  std::uint64_t attempts = 0;   ///< how often it was set running without any progress since; the store's
   std::int64_t created_at = 0;  ///< [ms], set by the store if 0
 };
 

@@ -66,7 +66,8 @@ class Store {
   /// The checkpoint committed last, empty if there is none yet.
   virtual std::string checkpoint(std::string_view chain) const = 0;
   /// Sets the state of a chain, and with it why it ended or failed. Durable when it returns. A chain that was
-  /// deleted meanwhile is left out.
+  /// deleted meanwhile is left out. `running` counts an attempt, also of one that is running already; the
+  /// next commit() of its progress forgets them.
   virtual void set_chain_state(std::string_view id, ChainState state, std::string_view ended_by,
                                std::string_view error) = 0;
 

@@ -33,7 +33,8 @@ class Chain {
 
   /// One iteration. True if the chain moved to a new State (an accepted candidate equal to the current State
   /// is no move, and costs no simulation). The first step of a new chain also simulates the initial State.
-  /// Throws: std::runtime_error if the prior never draws a State within its support.
+  /// Throws: std::runtime_error if the prior never draws a State within its support; whatever the simulator
+  /// throws. The chain then stands nowhere, and is to be made again from a checkpoint.
   bool step(Simulator& simulator);
 
   /// How many walkers there are: the replicas of a ladder, one with every other method. It may change.

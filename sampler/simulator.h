@@ -76,6 +76,7 @@ class Simulator {
   virtual ~Simulator() = default;
   /// An empty Run for `SimulationRequest::record`; null where the world does not resume.
   virtual std::unique_ptr<Run> make_run() const { return nullptr; }
+  /// Throws: Interrupted, where its owner lets others interrupt; see interruption.h.
   virtual SimulationOutcome simulate(const State& candidate, const SimulationRequest& request,
                                      Score& score) = 0;
 };

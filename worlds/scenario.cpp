@@ -177,7 +177,8 @@ SimulationOutcome Scenario::Performer::simulate(const State& candidate, const Si
                             .current_state = request.current_state,
                             .current_run = request.current_run,
                             .record = request.record,
-                            .watch = request.watch};
+                            .watch = request.watch,
+                            .interruption = &interruption_};
   const SimulationOutcome outcome =
       physics_->simulate(candidate, recording, scored_, std::span(score.measures).first(physics_measures_));
   if (outcome.end == SimulationEnd::complete) judge(scored_, score);
@@ -187,8 +188,9 @@ SimulationOutcome Scenario::Performer::simulate(const State& candidate, const Si
 Scenario::Performer::Take Scenario::Performer::perform(const State& state) {
   Take take{.animation = recorded_, .score = {}, .complete = false};
   take.score.measures.assign(scenario_.measures().size(), kAbsent);
-  const SimulationOutcome outcome = physics_->simulate(
-      state, {.frames = true}, recorded_, std::span(take.score.measures).first(physics_measures_));
+  const SimulationOutcome outcome =
+      physics_->simulate(state, {.frames = true, .interruption = &interruption_}, recorded_,
+                         std::span(take.score.measures).first(physics_measures_));
   take.complete = outcome.end == SimulationEnd::complete;
   if (!take.complete) return take;
   judge(recorded_, take.score);

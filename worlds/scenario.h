@@ -58,7 +58,8 @@ class Scenario {
 };
 
 /// Simulates and scores States of a scenario: the chain's Simulator, and the Animation of a State on demand.
-/// Reused for many States, also of many chains of its scenario. Thread safety: one thread at a time.
+/// Reused for many States, also of many chains of its scenario. Thread safety: one thread at a time, but for
+/// interruption().
 class Scenario::Performer final : public Simulator {
  public:
   explicit Performer(const Scenario& scenario);
@@ -73,6 +74,9 @@ class Scenario::Performer final : public Simulator {
   };
   Take perform(const State& state);
 
+  /// Ends what is simulated, from another thread; simulate() and perform() then throw Interrupted.
+  Interruption& interruption() { return interruption_; }
+
  private:
   void judge(const Animation& animation, Score& score) const;
   const Scenario& scenario_;
@@ -80,6 +84,7 @@ class Scenario::Performer final : public Simulator {
   std::size_t physics_measures_;
   Animation scored_;    ///< of candidates
   Animation recorded_;  ///< of performed States
+  Interruption interruption_;
 };
 
 }  // namespace retake

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sampler/interruption.h"
 #include "sampler/kernel.h"
 #include "sampler/model.h"
 #include "sampler/placed_redraw.h"
@@ -33,6 +34,11 @@ struct Recording {
   const Run* current_run = nullptr;
   Run* record = nullptr;
   Watch* watch = nullptr;  ///< see SimulationRequest; worlds without checkpoints do not ask
+  const Interruption* interruption = nullptr;  ///< what takes many steps checks it at each; null: nobody asks
+
+  void check_interruption() const {
+    if (interruption) interruption->check();
+  }
 };
 
 /// The physics of one scene for one thread; see the contract of Simulator.
@@ -41,7 +47,7 @@ class Physics {
   virtual ~Physics() = default;
   virtual std::unique_ptr<Run> make_run() const { return nullptr; }
   /// Simulates a State within the model's support. Overwrites `animation`, whose memory it reuses, and
-  /// `measures`, one for each of Scene::measures().
+  /// `measures`, one for each of Scene::measures(). Throws: Interrupted; the object is then to be destroyed.
   virtual SimulationOutcome simulate(const State& state, const Recording& recording, Animation& animation,
                                      std::span<double> measures) = 0;
 };

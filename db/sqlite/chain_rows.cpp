@@ -41,7 +41,7 @@ std::string select_chains(std::string_view from) {
          " " +
          stop_columns() + ", " + counter_columns() +
          ", counted, run_seconds, iterations_per_second, first_sample_iteration, first_sample_seconds,"
-         " effective_samples, is_learning, ended_by, error, chain.created_at, " ODDS_COLUMNS " " +
+         " effective_samples, is_learning, ended_by, error, attempts, chain.created_at, " ODDS_COLUMNS " " +
          std::string(from);
 }
 
@@ -72,6 +72,7 @@ ChainRecord read_chain(Connection& connection, Query& query, std::int64_t& row) 
   counters.is_learning = query.integer() != 0;
   record.ended_by = query.text();
   record.error = query.text();
+  record.attempts = query.count();
   record.created_at = query.integer();
   counters.odds = read_odds(query);
 
@@ -249,8 +250,10 @@ bool insert_chain(Connection& connection, const ChainRecord& record) {
 
 void update_chain_state(Connection& connection, std::string_view id, ChainState state,
                         std::string_view ended_by, std::string_view error) {
-  run(connection, "UPDATE chain SET state = ?, ended_by = ?, error = ? WHERE id = ?", to_string(state),
-      ended_by, error, id);
+  run(connection,
+      "UPDATE chain SET state = ?1, ended_by = ?2, error = ?3, attempts = attempts + (?1 = 'running')"
+      " WHERE id = ?4",
+      to_string(state), ended_by, error, id);
   if (state == ChainState::finished) return_lesson_if_unused(connection, id);
 }
 
@@ -282,6 +285,7 @@ Written write_progress(Connection& connection, const ChainProgress& progress) {
 
   // Counters and state.
   write_counters(connection, chain.row, progress.counters);
+  run(connection, "UPDATE chain SET attempts = 0 WHERE row = ? AND attempts > 0", chain.row);
   if (progress.state) {
     update_chain_state(connection, progress.chain, *progress.state, progress.ended_by, progress.error);
   }

@@ -256,6 +256,11 @@ UPDATE chain SET counted = (SELECT count(*) FROM sample WHERE sample.chain = cha
 CREATE INDEX chain_by_seed ON chain (scenario, seed);
 )sql";
 
+// A chain that ends the process again and again is found out.
+constexpr const char* kAttempts = R"sql(
+ALTER TABLE chain ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0;  -- set running so often, no progress since
+)sql";
+
 std::int64_t single_integer(Connection& connection, std::string_view sql) {
   Query query(connection, sql);
   query.next();
@@ -265,7 +270,7 @@ std::int64_t single_integer(Connection& connection, std::string_view sql) {
 }  // namespace
 
 std::span<const std::string> migrations() {
-  static const std::array<std::string, 4> scripts{kVersion1, kVersion2, kVersion3, kVersion4};
+  static const std::array<std::string, 5> scripts{kVersion1, kVersion2, kVersion3, kVersion4, kAttempts};
   return scripts;
 }
 

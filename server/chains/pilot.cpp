@@ -54,6 +54,7 @@ void Pilot::drain() {
   {
     const std::lock_guard lock(mutex_);
     draining_ = true;
+    if (interruption_) interruption_->ask();
     changed_.notify_one();
   }
   if (thread_.joinable()) thread_.join();
@@ -64,6 +65,8 @@ void Pilot::work() {
   while (const auto id = next_scenario()) {
     try {
       look_at(*id);
+    } catch (const Interrupted&) {
+      return;  // it is the end
     } catch (const std::exception& error) {
       std::fprintf(stderr, "retake: scenario %s has no pilot: %s\n", id->c_str(), error.what());
     }
@@ -89,9 +92,29 @@ void Pilot::look_at(const std::string& id) {
   if (found && store_.set_pilot(id, *found)) events_.scenario_changed(id);
 }
 
-/// None if there was no time to finish.
+/// While this lives, drain() interrupts.
+class Pilot::Interruptible {
+ public:
+  Interruptible(Pilot& pilot, Interruption& interruption) : pilot_(pilot) {
+    const std::lock_guard lock(pilot_.mutex_);
+    pilot_.interruption_ = &interruption;
+    if (pilot_.draining_) interruption.ask();
+  }
+  ~Interruptible() {
+    const std::lock_guard lock(pilot_.mutex_);
+    pilot_.interruption_ = nullptr;
+  }
+  Interruptible(const Interruptible&) = delete;
+  Interruptible& operator=(const Interruptible&) = delete;
+
+ private:
+  Pilot& pilot_;
+};
+
+/// None if there was no time to finish. Throws: Interrupted.
 std::optional<PilotTally> Pilot::draw(const Scenario& scenario) {
   const auto performer = scenario.make_performer();
+  const Interruptible interruptible(*this, performer->interruption());
   Chain chain(scenario.target(Ratios::exact), {.seed = kSeed, .method = Method::rejection});
   const double begin = thread_seconds();
   double now = begin;

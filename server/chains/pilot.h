@@ -44,10 +44,12 @@ class Pilot {
   void add(std::string_view scenario);
   /// Looks at every stored scenario that has no pilot, the newest first. Throws: StoreError.
   void add_missing();
-  /// Stops the thread; a look under way is given up.
+  /// Stops the thread; a look under way is given up, whatever it simulates.
   void drain();
 
  private:
+  class Interruptible;
+
   void work();
   std::optional<std::string> next_scenario();
   void look_at(const std::string& id);
@@ -61,6 +63,7 @@ class Pilot {
   std::condition_variable changed_;
   std::deque<std::string> queue_;
   std::atomic<bool> draining_ = false;
+  Interruption* interruption_ = nullptr;  ///< of the look under way
   std::jthread thread_;
 };
 

@@ -71,11 +71,15 @@ void Runner::resume_stored() {
   for (const ChainRecord& record : store_.chains_in_states({ChainState::paused, ChainState::failed})) {
     const auto [known, is_new] = has_world.try_emplace(record.scenario, true);
     if (is_new)
-      if (const auto scenario = store_.scenario(record.scenario)) known->second = has_world_of(*scenario);
+      if (const auto scenario = store_.scenario(record.scenario))
+        known->second = library_.has_world_of(*scenario);
     if (!known->second) set_state(record.id, ChainState::finished, kEndedByVersion, record.error);
   }
   for (const ChainRecord& record : store_.chains_in_states({ChainState::queued, ChainState::running})) {
     try {
+      if (record.attempts >= kMostAttempts)
+        throw std::runtime_error("the process died " + std::to_string(record.attempts) +
+                                 " times while it was running; resume it to try once more");
       make_live(record);
     } catch (const OtherVersion& reason) {
       std::fprintf(stderr, "retake: chain %s is finished: %s\n", record.id.c_str(), reason.what());
@@ -96,13 +100,10 @@ void Runner::add(const std::vector<ChainRecord>& chains) {
     make_live(record);
 }
 
-/// Builds the run of a stored chain from its last checkpoint and queues it.
-void Runner::make_live(const ChainRecord& record) {
+/// The run of a stored chain, from its last checkpoint.
+std::unique_ptr<ChainRun> Runner::make_run(const ChainRecord& record) const {
   const auto scenario = library_.find(record.scenario);
   if (!scenario) throw std::runtime_error("its scenario is gone");
-  const auto live = std::make_shared<Live>();
-  live->id = record.id;
-  live->scenario = record.scenario;
   ChainRun::Stored stored{.checkpoint = store_.checkpoint(record.id),
                           .trace_blocks = store_.trace(record.id)};
   if (record.lesson > 0) {
@@ -111,8 +112,19 @@ void Runner::make_live(const ChainRecord& record) {
       throw std::runtime_error("lesson " + std::to_string(record.lesson) + " cannot be read here");
     stored.lesson = lesson->bytes;
   }
-  live->run = std::make_unique<ChainRun>(scenario, record, stored);
-  set_state(record.id, ChainState::running, "", "");
+  return std::make_unique<ChainRun>(scenario, record, stored);
+}
+
+/// Queues a stored chain.
+void Runner::make_live(const ChainRecord& record) {
+  const auto live = std::make_shared<Live>();
+  live->id = record.id;
+  live->scenario = record.scenario;
+  live->run = make_run(record);
+  // One that ran when the process ended says so with its first step: those that never get that far are not to
+  // blame for what the process dies of.
+  live->is_noted = record.state != ChainState::running;
+  if (live->is_noted) set_state(record.id, ChainState::running, "", "");
   const std::lock_guard lock(mutex_);
   if (live_.try_emplace(record.id, live).second) {
     queue_.push_back(live);
@@ -182,21 +194,47 @@ void Runner::show_unsaved_failure(ChainRecord& record) const {
   record.error = found->second;
 }
 
-/// Tells a live chain what it shall do and waits until it did.
+/// Tells a live chain what it shall do and waits until it did. One that waits for its turn is ended here, so
+/// that nobody waits for the chains that are stepped meanwhile.
 std::optional<ChainRecord> Runner::wish(std::string_view id, Wish wish) {
   std::unique_lock lock(mutex_);
-  const auto found = live_.find(id);
-  if (found != live_.end()) {
+  if (const auto found = live_.find(id); found != live_.end()) {
     const std::shared_ptr<Live> live = found->second;
     live->wish = wish;
-    work_.notify_all();
-    changed_.wait(lock, [&] {
-      const auto now = live_.find(id);
-      return draining_ || now == live_.end() || now->second != live;
-    });
+    if (take(live)) {
+      lock.unlock();
+      try {
+        end_if_wished(live);
+      } catch (const std::exception& error) {
+        fail(live, error.what());
+      }
+    } else {
+      wait_for(lock, {live}, [&] { return draining_ || !is_live(live); });
+    }
   }
-  lock.unlock();
+  if (lock.owns_lock()) lock.unlock();
   return chain(id);
+}
+
+bool Runner::is_live(const std::shared_ptr<Live>& live) const {
+  const auto now = live_.find(live->id);
+  return now != live_.end() && now->second == live;
+}
+
+bool Runner::take(const std::shared_ptr<Live>& live) {
+  const auto place = std::find(queue_.begin(), queue_.end(), live);
+  if (place == queue_.end()) return false;
+  queue_.erase(place);
+  live->in_slice = true;
+  return true;
+}
+
+void Runner::wait_for(std::unique_lock<std::mutex>& lock, const Lives& lives,
+                      const std::function<bool()>& has_ended) {
+  if (changed_.wait_for(lock, settings_.patience, has_ended)) return;
+  for (const std::shared_ptr<Live>& live : lives)
+    if (live->interruption) live->interruption->ask();
+  changed_.wait(lock, has_ended);
 }
 
 std::optional<ChainRecord> Runner::pause(std::string_view id) {
@@ -261,39 +299,52 @@ std::optional<ChainRecord> Runner::go_on(std::string_view id, const StopRule& st
 void Runner::drop_scenario(std::string_view scenario) {
   // Those that are added meanwhile end with their first commit after the scenario is gone.
   std::unique_lock lock(mutex_);
-  std::vector<std::shared_ptr<Live>> dropped;
+  Lives dropped;
   for (const auto& [id, live] : live_)
-    if (live->scenario == scenario) {
-      live->wish = Wish::drop;
-      dropped.push_back(live);
-    }
-  work_.notify_all();
-  changed_.wait(lock, [&] {
-    return draining_ || std::none_of(dropped.begin(), dropped.end(), [&](const auto& live) {
-             const auto now = live_.find(live->id);
-             return now != live_.end() && now->second == live;
-           });
+    if (live->scenario == scenario) dropped.push_back(live);
+  for (const std::shared_ptr<Live>& live : dropped) {
+    live->wish = Wish::drop;
+    if (take(live)) live_.erase(live->id);
+  }
+  changed_.notify_all();
+  wait_for(lock, dropped, [&] {
+    return draining_ ||
+           std::none_of(dropped.begin(), dropped.end(), [this](const auto& live) { return is_live(live); });
   });
 }
 
 void Runner::drain() {
   {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
     draining_ = true;
     work_.notify_all();
     changed_.notify_all();
+    Lives all;
+    for (const auto& [id, live] : live_)
+      all.push_back(live);
+    wait_for(lock, all, [&] {
+      return std::none_of(all.begin(), all.end(),
+                          [this](const auto& live) { return live->in_slice && is_live(live); });
+    });
   }
   threads_.clear();  // joins
-  for (const auto& [id, live] : live_) {
+
+  // Submit all, then wait: they are committed together.
+  const auto try_for = [](Live& live, const auto& work) {
     try {
-      settle_commit(*live, true);
-      hand_over(*live, std::nullopt, "");
-      settle_commit(*live, true);
-    } catch (const StoreError& error) {
+      work(live);
+    } catch (const std::exception& error) {
       std::fprintf(stderr, "retake: chain %s loses its last moments, which it will find again: %s\n",
-                   id.c_str(), error.what());
+                   live.id.c_str(), error.what());
     }
-  }
+  };
+  for (const auto& [id, live] : live_)
+    try_for(*live, [this](Live& each) {
+      settle_commit(each, true);
+      if (!is_all_handed_over(each)) hand_over(each, std::nullopt, "");
+    });
+  for (const auto& [id, live] : live_)
+    try_for(*live, [this](Live& each) { settle_commit(each, true); });
   live_.clear();
   queue_.clear();
 }
@@ -322,7 +373,7 @@ void Runner::work() {
       performers.emplace_back(scenario, scenario->make_performer());
       found = std::prev(performers.end());
     }
-    slice(live, *found->second);
+    if (!slice(live, *found->second)) performers.erase(found);
   }
 }
 
@@ -352,57 +403,105 @@ std::shared_ptr<Runner::Live> Runner::next_chain() {
   return nullptr;
 }
 
-void Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer) {
-  ChainRun& run = *live->run;
+bool Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer) {
+  bool is_usable = true;
   try {
     // Step, unless something else is wished.
-    Wish wish;
-    {
-      const std::lock_guard lock(mutex_);
-      wish = live->wish;
-    }
-    if (wish == Wish::run && run.ended_by().empty() && !run.awaits_judgement()) {
-      const ChainCounters before = run.record().counters;
-      run.step_for(performer, kSlice, kMostGathered);
-      count(before, run.record().counters);
-    }
+    if (live->run->ended_by().empty() && !live->run->awaits_judgement()) is_usable = step(*live, performer);
 
     // Hand over what there is, when it is time.
     const bool is_deleted = !settle_commit(*live, false);
-    if (wish == Wish::drop || is_deleted) {
+    if (is_deleted) {
       leave(live);
-      return;
+      return is_usable;
     }
-    const bool is_all_stored =
-        !live->commit.valid() && live->handed_over_at == run.record().counters.iteration;
-    if (run.awaits_judgement() && wish == Wish::run && is_all_stored) judge(*live);
-    std::string_view ended_by = run.ended_by();
-    if (wish == Wish::stop && ended_by.empty()) ended_by = "stop";
-    if (ended_by.empty() && run.gathered() > 0 &&
-        store_.sample_count(live->scenario) >= settings_.most_samples_per_scenario)
-      ended_by = "stock";
-    if (!ended_by.empty() || wish == Wish::pause) {
-      settle_commit(*live, true);
-      hand_over(*live, ended_by.empty() ? ChainState::paused : ChainState::finished, ended_by);
-      settle_commit(*live, true);
-      leave(live);
-      return;
-    }
+    const bool is_all_stored = !live->commit.valid() && is_all_handed_over(*live);
+    if (live->run->awaits_judgement() && wish_of(*live) == Wish::run && is_all_stored) judge(*live);
+    if (end_if_wished(live)) return is_usable;
+    const std::size_t gathered = live->run->gathered();
     const bool behind = live->commit.valid();
     // Somebody may be waiting for the first ones.
-    const bool is_first = run.gathered() > 0 && run.gathered() == run.record().counters.samples;
-    if (!behind && (is_first || run.gathered() >= kSamplesPerCommit || run.awaits_judgement() ||
+    const bool is_first = gathered > 0 && gathered == live->run->record().counters.samples;
+    if (!behind && (is_first || gathered >= kSamplesPerCommit || live->run->awaits_judgement() ||
                     Clock::now() - live->committed_at >= kBetweenCommits))
       hand_over(*live, std::nullopt, "");
   } catch (const std::exception& error) {
     // Whatever it is, memory that runs out included, it ends this chain and nothing else.
     fail(live, error.what());
-    return;
+    return false;
   }
   const std::lock_guard lock(mutex_);
   live->in_slice = false;
   queue_.push_back(live);
   work_.notify_one();
+  if (draining_) changed_.notify_all();
+  return is_usable;
+}
+
+bool Runner::step(Live& live, Scenario::Performer& performer) {
+  if (!live.is_noted) set_state(live.id, ChainState::running, "", "");
+  live.is_noted = true;
+
+  // Whoever wishes something from here on can interrupt.
+  const auto publish = [&](Interruption* interruption) {
+    const std::lock_guard lock(mutex_);
+    performer.interruption().withdraw();
+    live.interruption = interruption;
+    return live.wish == Wish::run && !draining_;
+  };
+  const ChainCounters before = live.run->record().counters;
+  const bool may_step = publish(&performer.interruption());
+  try {
+    if (may_step) live.run->step_for(performer, kSlice, kMostGathered);
+  } catch (const Interrupted&) {
+    publish(nullptr);
+    go_back(live);
+    return false;
+  } catch (...) {
+    publish(nullptr);
+    throw;
+  }
+  publish(nullptr);
+  count(before, live.run->record().counters);
+  return true;
+}
+
+/// To its last commit, as after a restart.
+void Runner::go_back(Live& live) {
+  settle_commit(live, true);
+  const auto record = store_.chain(live.id);
+  if (!record) return;  // it was deleted; whoever did so has dropped it
+  live.run = make_run(*record);
+  live.handed_over_at.reset();  // what it is, is committed again: then it is known to have done no harm
+}
+
+bool Runner::end_if_wished(const std::shared_ptr<Live>& live) {
+  const Wish wish = wish_of(*live);
+  if (wish == Wish::drop) {
+    leave(live);
+    return true;
+  }
+  const ChainRun& run = *live->run;
+  std::string_view ended_by = run.ended_by();
+  if (wish == Wish::stop && ended_by.empty()) ended_by = "stop";
+  if (ended_by.empty() && run.gathered() > 0 &&
+      store_.sample_count(live->scenario) >= settings_.most_samples_per_scenario)
+    ended_by = "stock";
+  if (ended_by.empty() && wish != Wish::pause) return false;
+  settle_commit(*live, true);
+  hand_over(*live, ended_by.empty() ? ChainState::paused : ChainState::finished, ended_by);
+  settle_commit(*live, true);
+  leave(live);
+  return true;
+}
+
+bool Runner::is_all_handed_over(const Live& live) {
+  return live.handed_over_at == live.run->record().counters.iteration;
+}
+
+Runner::Wish Runner::wish_of(const Live& live) const {
+  const std::lock_guard lock(mutex_);
+  return live.wish;
 }
 
 bool Runner::settle_commit(Live& live, bool wait) {

@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <future>
 #include <limits>
 #include <map>
@@ -38,10 +39,17 @@ class Runner {
     std::size_t threads = 2;
     /// Chains end there, so that no wish fills the disk.
     std::uint64_t most_samples_per_scenario = std::numeric_limits<std::uint64_t>::max();
+    /// So long may a step under way keep somebody waiting; then it is interrupted and done again when the
+    /// chain goes on. Chosen: nearly every step ends by itself within it.
+    std::chrono::milliseconds patience{200};
   };
   Runner(Store& store, ScenarioLibrary& library, EventHub& events, Settings settings);
   /// As drain().
   ~Runner();
+
+  /// A chain that was stepped as often when the process died, and had committed nothing since, is not taken
+  /// up again by itself. Chosen: twice may be bad luck.
+  static constexpr std::uint64_t kMostAttempts = 3;
 
   /// Takes up every chain that the store says was running. Chains that cannot go on become failed. Those of a
   /// world that has another version here are finished, paused ones too: what they found moves by other
@@ -52,7 +60,9 @@ class Runner {
   void add(const std::vector<ChainRecord>& chains);
 
   /// Each returns the chain as it is afterwards; nothing happens to one that is in that state already, or has
-  /// finished. Empty: no such chain. Throws: StoreError; OtherVersion if it cannot be resumed here.
+  /// finished. What a chain did since its last commit, at most a quarter of a second ago but for the step
+  /// under way, is done again after a pause that had to interrupt it.
+  /// Empty: no such chain. Throws: StoreError; OtherVersion if it cannot be resumed here.
   std::optional<ChainRecord> pause(std::string_view id);
   std::optional<ChainRecord> resume(
       std::string_view id);                              ///< a failed chain goes on from its last checkpoint
@@ -71,8 +81,8 @@ class Runner {
   /// Ends the chains of a scenario without a trace, before it is deleted.
   void drop_scenario(std::string_view scenario);
 
-  /// Commits a checkpoint of every chain and stops the threads. The chains stay `running` in the store, so
-  /// that the next start takes them up again.
+  /// Stops the threads and commits a checkpoint of every chain, all at once. The chains stay `running` in the
+  /// store, so that the next start takes them up again.
   void drain();
 
   struct Counters {
@@ -91,18 +101,36 @@ class Runner {
     std::string scenario;
     std::unique_ptr<ChainRun> run;
     Wish wish = Wish::run;
-    bool in_slice = false;
-    std::future<std::uint64_t> commit;  // the last one handed to the store
+    bool in_slice = false;  // some thread has it, the queue has not
+    bool is_noted = true;   // that it is run; else its first step has to wait until the store knows
+    Interruption* interruption = nullptr;  // of the step under way
+    std::future<std::uint64_t> commit;     // the last one handed to the store
     std::chrono::steady_clock::time_point committed_at{};
     std::optional<std::uint64_t> handed_over_at;  // the iteration of that commit
   };
+  using Lives = std::vector<std::shared_ptr<Live>>;
   class Turn;
   using Performers =
       std::vector<std::pair<std::shared_ptr<const Scenario>, std::unique_ptr<Scenario::Performer>>>;
 
   void work();
   std::shared_ptr<Live> next_chain();
-  void slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer);
+  /// False: the performer is good for nothing any more.
+  bool slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer);
+  /// False: it was interrupted, and the chain is back at its last commit.
+  bool step(Live& live, Scenario::Performer& performer);
+  void go_back(Live& live);
+  Wish wish_of(const Live& live) const;
+  /// Requires, as for the next two: mutex_ is held.
+  bool is_live(const std::shared_ptr<Live>& live) const;
+  /// Takes a chain from the queue. False: another thread has it.
+  bool take(const std::shared_ptr<Live>& live);
+  /// Waits until `has_ended`, and interrupts those that are stepped when patience is at its end.
+  void wait_for(std::unique_lock<std::mutex>& lock, const Lives& lives,
+                const std::function<bool()>& has_ended);
+  /// Ends a chain that this thread has, where that is wished or due. False: it goes on.
+  bool end_if_wished(const std::shared_ptr<Live>& live);
+  static bool is_all_handed_over(const Live& live);
   /// Looks at the last commit. False: the chain was deleted. Throws: StoreError if it failed.
   bool settle_commit(Live& live, bool wait);
   void hand_over(Live& live, std::optional<ChainState> state, std::string_view ended_by);
@@ -110,6 +138,7 @@ class Runner {
   void judge(Live& live);
   void leave(const std::shared_ptr<Live>& live);
   void fail(const std::shared_ptr<Live>& live, const std::string& error);
+  std::unique_ptr<ChainRun> make_run(const ChainRecord& record) const;
   void make_live(const ChainRecord& record);
   void set_state(std::string_view id, ChainState state, std::string_view ended_by, std::string_view error);
   std::optional<ChainRecord> wish(std::string_view id, Wish wish);

@@ -1,6 +1,7 @@
 // See scenario_library.h.
 #include "server/chains/scenario_library.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "server/chains/identifiers.h"
@@ -26,17 +27,19 @@ OtherVersion::OtherVersion(const ScenarioRecord& record)
     : std::runtime_error("it was made for " + record.world + " version " +
                          std::to_string(record.world_version) + ", which this program does not have") {}
 
-bool has_world_of(const ScenarioRecord& record) {
-  const World* world = find_world(record.world);
-  return world && world->version() == record.world_version;
+bool has_world_of(const ScenarioRecord& record, const std::vector<const World*>& offered) {
+  return std::any_of(offered.begin(), offered.end(), [&](const World* world) {
+    return world->name() == record.world && world->version() == record.world_version;
+  });
 }
 
-std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record) {
-  if (!has_world_of(record)) throw OtherVersion(record);
+std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record,
+                                               const std::vector<const World*>& offered) {
+  if (!has_world_of(record, offered)) throw OtherVersion(record);
   nlohmann::json document = nlohmann::json::parse(record.document);
   document.erase("world_version");
   try {
-    return Scenario::read(document);
+    return Scenario::read(document, offered);
   } catch (const InvalidRequest& fault) {
     throw RefusedDocument("scenario " + record.id + " cannot be read: " + fault.what());
   }
@@ -49,7 +52,7 @@ std::shared_ptr<const Scenario> ScenarioLibrary::find(std::string_view id) {
   }
   const auto record = store_.scenario(id);
   if (!record) return nullptr;
-  auto scenario = compile_stored(*record);
+  auto scenario = compile_stored(*record, offered_);
   const std::lock_guard lock(mutex_);
   return compiled_.try_emplace(std::string(id), std::move(scenario)).first->second;
 }

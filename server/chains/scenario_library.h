@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "db/store.h"
 #include "worlds/scenario.h"
@@ -34,16 +36,19 @@ class RefusedDocument : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Whether this build has the world of a stored scenario in the version for which it was made.
-bool has_world_of(const ScenarioRecord& record);
+/// Whether one of the worlds on offer is that of a stored scenario, in the version for which it was made.
+bool has_world_of(const ScenarioRecord& record, const std::vector<const World*>& offered = worlds());
 
 /// Compiles a stored document. Throws: OtherVersion unless has_world_of(record); RefusedDocument.
-std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record);
+std::shared_ptr<const Scenario> compile_stored(const ScenarioRecord& record,
+                                               const std::vector<const World*>& offered = worlds());
 
 /// Thread safety: every method may be called from any thread.
 class ScenarioLibrary {
  public:
-  explicit ScenarioLibrary(const Store& store) : store_(store) {}
+  explicit ScenarioLibrary(const Store& store, std::vector<const World*> offered = worlds())
+      : store_(store), offered_(std::move(offered)) {}
+  bool has_world_of(const ScenarioRecord& record) const { return retake::has_world_of(record, offered_); }
   /// Null if there is no such scenario. Throws: as compile_stored.
   std::shared_ptr<const Scenario> find(std::string_view id);
   /// Null also for one that this build cannot run: its world has another version here or refuses it.
@@ -52,6 +57,7 @@ class ScenarioLibrary {
 
  private:
   const Store& store_;
+  const std::vector<const World*> offered_;
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<const Scenario>, std::less<>> compiled_;
 };

@@ -404,6 +404,21 @@ TEST_P(StoreChains, the_state_is_set_with_its_reason) {
   store.set_chain_state("gone", ChainState::finished, "samples", "");
 }
 
+TEST_P(StoreChains, attempts_are_counted_until_there_is_progress) {
+  store.add_scenario(make_scenario("s"));
+  store.add_chains({make_chain("c", "s"), make_chain("d", "s")});
+  EXPECT_EQ(store.chain("c")->attempts, 0);
+  for (std::uint64_t attempt = 1; attempt <= 3; ++attempt) {
+    store.set_chain_state("c", ChainState::running, "", "");
+    EXPECT_EQ(store.chain("c")->attempts, attempt);
+  }
+  store.set_chain_state("c", ChainState::failed, "", "it is at an end");
+  EXPECT_EQ(store.chain("c")->attempts, 3);
+  EXPECT_EQ(store.chain("d")->attempts, 0);
+  store.commit(make_progress("c", "s", 1, 2)).get();
+  EXPECT_EQ(store.chain("c")->attempts, 0);
+}
+
 // --- Progress ----------------------------------------------------------------------------------
 
 TEST_P(StoreProgress, samples_counters_checkpoint_and_trace_arrive_together) {

@@ -14,7 +14,7 @@
 namespace retake::tests {
 
 /// A bead that appears somewhere on a rod with notches at 0, 1, 2, …, and stays there.
-class StubWorld final : public World {
+class StubWorld : public World {
  public:
   mutable int terms_made = 0;
 

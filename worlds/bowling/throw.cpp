@@ -78,7 +78,7 @@ class Throws final : public Physics {
       outcome.end = SimulationEnd::stopped;
       return outcome;
     }
-    record_rest(roll, release.ball, seconds(arrival.start), animation);
+    record_rest(roll, release.ball, seconds(arrival.start), recording, animation);
     return outcome;
   }
 
@@ -134,6 +134,7 @@ class Throws final : public Physics {
     };
     fallen_.clear();
     while (!deck_.decided()) {
+      recording.check_interruption();
       deck_.step();
       if (deck_.exploded() || deck_.time() > start + kLongestPlay) return ended(SimulationEnd::failed);
       if (recording.frames) record_frame();
@@ -216,10 +217,12 @@ class Throws final : public Physics {
 
   /// Plays on until everything rests, and writes the animation. The deck took over from the roll at
   /// `hand_over` [s].
-  void record_rest(const Roll& roll, const Ball& ball, double hand_over, Animation& animation) {
+  void record_rest(const Roll& roll, const Ball& ball, double hand_over, const Recording& recording,
+                   Animation& animation) {
     deck_.play_out();
     const double decided = deck_.time();
     while (!deck_.exploded() && deck_.time() < decided + kLongestRest) {
+      recording.check_interruption();
       if (deck_.at_rest() && deck_.ticks() % (settings_.impact_rate / kFrameRate) == 0) break;
       deck_.step();
       if (!deck_.exploded()) record_frame();

@@ -53,7 +53,7 @@ class Throws final : public Physics {
             animation.events.push_back(event(hits[i]));
           return is_out_of_reach(recording, animation);
         },
-        looks_for(recording.watch));
+        looks_for(recording.watch), recording.interruption);
     if (outcome.end != TumbleEnd::rests)
       return ended(outcome.end == TumbleEnd::stopped ? SimulationEnd::stopped : SimulationEnd::failed,
                    outcome);

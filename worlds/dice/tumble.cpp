@@ -51,7 +51,7 @@ Tumbler::Tumbler(const EngineSettings& engine, const DieShape& shape, const Tabl
     : engine_(engine), shape_(shape), table_(table), step_(engine_, shape_, table_) {}
 
 TumbleOutcome Tumbler::simulate(const TumbleScene& scene, const Tumble* record, Tumble* run, const Stop& stop,
-                                const Looks& looks) {
+                                const Looks& looks, const Interruption* interruption) {
   CHECK(!scene.dice.empty() && (!record || (record != run && record->complete)));
   begin(scene, record, run);
   const auto ended = [&](TumbleEnd end, std::int64_t step) {
@@ -62,6 +62,7 @@ TumbleOutcome Tumbler::simulate(const TumbleScene& scene, const Tumble* record, 
   std::int64_t step = take_over_beginning();
   if (!hits_.empty() && stop && stop(hits_)) return ended(TumbleEnd::stopped, step);
   for (;; ++step) {
+    if (interruption) interruption->check();
     take_over(step);
     for (std::size_t die = 0; die < courses_.size(); ++die)
       if (is_simulated(die) && !courses_[die].appeared && scene_.dice[die].step <= step)

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "sampler/interruption.h"
 #include "sampler/simulator.h"
 #include "worlds/dice/dice_step.h"
 
@@ -85,8 +86,9 @@ class Tumbler {
   /// A pure function of `scene`: the record, if there is one, only saves steps. A die follows its record
   /// until something that it depends on is another, and is simulated from then on. Fills `run` unless it is
   /// null. Requires: at least one die; the record is complete and another object than `run`.
+  /// Throws: Interrupted, if there is an interruption; the object is then to be destroyed.
   TumbleOutcome simulate(const TumbleScene& scene, const Tumble* record, Tumble* run, const Stop& stop = {},
-                         const Looks& looks = {});
+                         const Looks& looks = {}, const Interruption* interruption = nullptr);
 
   // Of the last simulation.
   std::span<const DieState> states() const { return states_; }  ///< where it ended

@@ -43,10 +43,11 @@ class Resimulation::Simulation {
   const Settings& settings() const { return settings_; }
   const Surface& surface() const { return *surface_; }
 
-  ResimulationOutcome simulate(const Scene& scene, const Run* record, Run* run, const StopWhen& stop_when) {
+  ResimulationOutcome simulate(const Scene& scene, const Run* record, Run* run, const StopWhen& stop_when,
+                               const Interruption* interruption) {
     CHECK(record == nullptr || (record->complete && record != run));
     prepare(scene, record);
-    const bool stopped = !play(scene.latest_step, stop_when);
+    const bool stopped = !play(scene.latest_step, stop_when, interruption);
     const bool rests = !stopped && everything_rests();
     if (run != nullptr) write(scene, !stopped, rests, *run);
     cast_.release();
@@ -73,9 +74,10 @@ class Resimulation::Simulation {
   // --- Time ------------------------------------------------------------------------------------------
 
   /// False if it was stopped.
-  bool play(std::int64_t latest, const StopWhen& stop_when) {
+  bool play(std::int64_t latest, const StopWhen& stop_when, const Interruption* interruption) {
     bool survey_is_due = true;
     while (step_ < latest && (born_ < births_.size() || !moving_.empty())) {
+      if (interruption) interruption->check();
       survey_is_due |= give_birth();
       if (survey_is_due || step_ >= horizon_) survey();
       survey_is_due = false;
@@ -397,8 +399,8 @@ const Surface& Resimulation::surface() const {
 }
 
 ResimulationOutcome Resimulation::simulate(const Scene& scene, const Run* record, Run* run,
-                                           const StopWhen& stop_when) {
-  return simulation_->simulate(scene, record, run, stop_when);
+                                           const StopWhen& stop_when, const Interruption* interruption) {
+  return simulation_->simulate(scene, record, run, stop_when, interruption);
 }
 
 }  // namespace retake::impulse

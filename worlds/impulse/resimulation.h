@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 
+#include "sampler/interruption.h"
 #include "worlds/impulse/run.h"
 #include "worlds/impulse/surface.h"
 
@@ -56,8 +57,9 @@ class Resimulation {
   /// Simulates `scene`, starting from what `record` has, if there is one, and overwrites `run`.
   /// Requires: record is complete, of equal Settings and an equal surface, and not `run`; run == null: only
   /// the outcome is of interest.
+  /// Throws: Interrupted, if there is an interruption; the object is then to be destroyed.
   ResimulationOutcome simulate(const Scene& scene, const Run* record, Run* run,
-                               const StopWhen& stop_when = {});
+                               const StopWhen& stop_when = {}, const Interruption* interruption = nullptr);
 
  private:
   class Simulation;

@@ -51,10 +51,13 @@ class Pours final : public Physics {
     if (!run && recording.frames) run = &run_;
     const auto* record = static_cast<const impulse::Run*>(recording.current_run);
     if (record && !record->complete) record = nullptr;
-    const auto outcome = engine_.simulate(scene_, record, run, [&](const impulse::Rested& rested) {
-      settle(rested, animation);
-      return is_out_of_reach(recording, animation);
-    });
+    const auto outcome = engine_.simulate(
+        scene_, record, run,
+        [&](const impulse::Rested& rested) {
+          settle(rested, animation);
+          return is_out_of_reach(recording, animation);
+        },
+        recording.interruption);
 
     // Tell what happened.
     if (outcome.end != impulse::RunEnd::rests)
