@@ -69,6 +69,11 @@ std::string_view to_string(Surface surface) {
   return kSurfaceNames[static_cast<std::size_t>(surface)];
 }
 
+void put_in_one_hemisphere(Rotations& rotations) {
+  for (Eigen::Index frame = 1; frame < rotations.cols(); ++frame)
+    rotations.col(frame) = nearer(rotations.col(frame), rotations.col(frame - 1));
+}
+
 Mesh mesh_of(const HeightField& field) {
   Mesh mesh;
   mesh.positions.reserve(3 * field.point_count());

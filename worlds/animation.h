@@ -93,6 +93,17 @@ struct Body {
   Pose pose{};                         ///< of a body that stands still
 };
 
+/// x, y, z, w of a rotation, of the two signs that it can have the one that is nearer to another rotation.
+inline Eigen::Vector4d nearer(const Eigen::Vector4d& rotation, const Eigen::Vector4d& other) {
+  return rotation.dot(other) < 0 ? Eigen::Vector4d(-rotation) : rotation;
+}
+
+/// x, y, z, w of a rotation a column.
+using Rotations = Eigen::Matrix<double, 4, Eigen::Dynamic>;
+
+/// Gives each rotation the sign that is nearer to the one before.
+void put_in_one_hemisphere(Rotations& rotations);
+
 /// The poses of one moving body, a frame each 1/rate seconds from time 0. Before `from` nobody sees or meets
 /// it, and its frames are its start.
 struct Track {
@@ -103,7 +114,7 @@ struct Track {
   std::optional<double> fell{};  ///< [s] when it fell over, or off what carried it, for good
   std::optional<double> settled{};  ///< [s] when it came to rest, in `rest`, for good; none: not known
   Eigen::Matrix<double, 3, Eigen::Dynamic> positions;  ///< [m]
-  Eigen::Matrix<double, 4, Eigen::Dynamic> rotations;  ///< x, y, z, w; successive ones in one hemisphere
+  Rotations rotations;                                 ///< successive ones in one hemisphere
 };
 
 struct ContactEvent {

@@ -36,21 +36,16 @@ class TrackWriter {
   /// Requires: fewer than `frames` were added.
   void add(const Pose& pose) {
     track_.positions.col(frame_) = pose.position;
-    track_.rotations.col(frame_) = before_ = nearest(pose.rotation);
+    track_.rotations.col(frame_) = before_ = nearer(pose.rotation.coeffs(), before_);
     ++frame_;
   }
   /// The pose after the last frame, in which the animation ends.
   void rest(const Pose& pose) {
-    track_.rest = {.position = pose.position, .rotation = Eigen::Quaterniond(nearest(pose.rotation))};
+    track_.rest = {.position = pose.position,
+                   .rotation = Eigen::Quaterniond(nearer(pose.rotation.coeffs(), before_))};
   }
 
  private:
-  /// x, y, z, w of a rotation, with the sign that is nearer to the frame before.
-  Eigen::Vector4d nearest(const Eigen::Quaterniond& rotation) const {
-    const Eigen::Vector4d turn = rotation.coeffs();
-    return turn.dot(before_) < 0 ? Eigen::Vector4d(-turn) : turn;
-  }
-
   Track& track_;
   Eigen::Vector4d before_ = Eigen::Vector4d::Zero();
   Eigen::Index frame_ = 0;

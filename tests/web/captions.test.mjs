@@ -59,6 +59,21 @@ test("one that is alone goes a way, and turns if one can see it", () => {
   assert.deepEqual(said([{ name: "ball", type: "sphere", to: [6, 0, 0], first: 30 }]), ["goes 3 m"], "before it is there it goes nowhere");
 });
 
+test("what a body does is told alike whichever of its two signs a rotation has", () => {
+  const actors = [{ name: "box_1", to: [0.3, 0, 0] }, { name: "cup_1", lies: 20 }, { name: "cup_2", lies: 31 }];
+  const [as_given, turned] = [document(actors), document(actors)];
+  const alone = document([actors[0]]);
+  for (let frame = 0; frame < FRAMES; ++frame) {
+    const half = (Math.PI * 3 * frame) / (FRAMES - 1);
+    alone.tracks[0].rotation.splice(4 * frame, 4, 0, Math.sin(half), 0, Math.cos(half));
+  }
+  const either = structuredClone(alone);
+  for (const { rotation } of [...turned.tracks, ...either.tracks])
+    for (let frame = 0; frame < FRAMES; frame += 3) for (let k = 0; k < 4; ++k) rotation[4 * frame + k] *= -1;
+  assert.deepEqual(storyOf(turned), storyOf(as_given));
+  assert.deepEqual(storyOf(either), storyOf(alone));
+});
+
 /** A caption with the spaces that do not break a line as any others. */
 const plain = ({ gist, more }) => ({ gist: gist.replaceAll("\u00a0", " "), more: more.replaceAll("\u00a0", " ") });
 const meaning = (name, unit = "", kind = "number") => ({ name, kind, unit, summary: "" });

@@ -187,6 +187,29 @@ test("a body has no picture, shadow or mirror image before it is there", async (
   assert.notEqual(await seen(lateBall(), 0.25), nobody, "one that is there from the start");
 });
 
+test("bodies turn alike whichever of its two signs a rotation has", async () => {
+  const { page, faults, close } = await newPage(browser);
+  await page.goto(program.gallery);
+  const given = everyShape();
+  const turned = structuredClone(given);
+  for (const { rotation } of turned.tracks)
+    for (let at = 0; at < rotation.length; ++at) if (Math.floor(at / 4) % 3 === 1) rotation[at] *= -1;
+  const apart = await page.evaluate(async ([one, other]) => {
+    const { Take } = await import("/app/take.js");
+    const [here, there] = [new Take(one), new Take(other)];
+    let most = 0;
+    for (let time = 0; time <= here.duration; time += 0.007) {
+      here.pose(time);
+      there.pose(time);
+      here.movers.forEach(({ mesh }, at) => (most = Math.max(most, 1 - Math.abs(mesh.quaternion.dot(there.movers[at].mesh.quaternion)))));
+    }
+    return most;
+  }, [given, turned]);
+  assert.ok(apart < 1e-6, `turned by ${apart}`);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
 /** A ball above a varnished lane. @param {number} [from] [s] when it appears */
 function lateBall(from) {
   const frames = 31;

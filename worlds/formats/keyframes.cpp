@@ -19,8 +19,9 @@ json rounded(double value, double scale) {
 json length(double value) {
   return rounded(value, 1e5);
 }
+constexpr double kComponentScale = 1e6;
 json component(double value) {
-  return rounded(value, 1e6);
+  return rounded(value, kComponentScale);
 }
 
 template <typename Vector>
@@ -66,6 +67,13 @@ json shape_json(const Shape& shape) {
     }
   };
   return std::visit(View{}, shape);
+}
+
+/// As the document has them: rounded, and only then in one hemisphere, whichever frames were picked.
+Rotations told(const Rotations& rotations) {
+  Rotations result = (rotations * kComponentScale).array().round() / kComponentScale;
+  put_in_one_hemisphere(result);
+  return result;
 }
 
 /// Frames at another rate: linear between positions, normalised linear between rotations. The last frame is
@@ -127,11 +135,9 @@ json keyframes_json(const Animation& given, const KeyframeHead& head, double rat
     json positions = json::array(), rotations = json::array();
     for (Eigen::Index i = 0; i < track.positions.size(); ++i)
       positions.push_back(length(track.positions(i)));
-    for (Eigen::Index frame = 0; frame < track.rotations.cols(); ++frame) {
-      // Successive quaternions lie in one hemisphere; a track's own order keeps that.
-      for (Eigen::Index row = 0; row < 4; ++row)
-        rotations.push_back(component(track.rotations(row, frame)));
-    }
+    const Rotations shown = told(track.rotations);
+    for (Eigen::Index i = 0; i < shown.size(); ++i)
+      rotations.push_back(component(shown(i)));
     json& view =
         tracks.emplace_back(json{{"position", std::move(positions)}, {"rotation", std::move(rotations)}});
     if (track.from > 0) view["from"] = component(track.from);

@@ -137,14 +137,6 @@ void put_field(ByteWriter& out, const HeightField& field) {
   }
 }
 
-/// Quaternions with their signs chosen so that successive ones lie in one hemisphere.
-Eigen::Matrix<double, 4, Eigen::Dynamic> in_one_hemisphere(
-    Eigen::Matrix<double, 4, Eigen::Dynamic> rotations) {
-  for (Eigen::Index frame = 1; frame < rotations.cols(); ++frame)
-    if (rotations.col(frame).dot(rotations.col(frame - 1)) < 0) rotations.col(frame) *= -1;
-  return rotations;
-}
-
 void put_pose(ByteWriter& out, const Pose& pose) {
   for (const double value : pose.position)
     out.put(value);
@@ -301,7 +293,9 @@ std::string pack(const Animation& animation) {
     put_pose(out, track.rest);
     out.put(track.from);
     put_frames(out, track.positions, kPositionQuantum);
-    put_frames(out, in_one_hemisphere(track.rotations), kRotationQuantum);
+    Rotations rotations = track.rotations;
+    put_in_one_hemisphere(rotations);
+    put_frames(out, rotations, kRotationQuantum);
   }
   out.put(static_cast<std::uint32_t>(animation.events.size()));
   for (const ContactEvent& event : animation.events) {
@@ -346,6 +340,8 @@ Animation unpack(std::string_view bytes, std::uint8_t version) {
     track.rotations.resize(4, frames);
     get_frames(in, track.rotations, kRotationQuantum);
     track.rotations.colwise().normalize();
+    put_in_one_hemisphere(
+        track.rotations);  // quantised, half a turn between two frames may be more than half
   }
   animation.events.resize(get_count(in, 44));
   for (ContactEvent& event : animation.events) {

@@ -2,9 +2,13 @@
 #include "worlds/formats/keyframes.h"
 
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "tests/sampler/statistics.h"
+#include "tests/worlds/contract/open_scenario.h"
+#include "worlds/formats/recorded.h"
 #include "worlds/scenario.h"
 
 namespace retake {
@@ -62,6 +66,66 @@ TEST(Keyframes, EndInTheRestAtAnyRate) {
     EXPECT_GE(document["duration"].get<double>(), animation.duration() - 1e-9) << rate;
     EXPECT_LT(document["duration"].get<double>(), animation.duration() + 1 / rate) << rate;
     EXPECT_NEAR(position[3 * frames - 3].get<double>(), animation.tracks[0].rest.position.x(), 1e-5) << rate;
+  }
+}
+
+/// Whole rates, those of films and of nobody.
+std::vector<double> rates_of_all_kinds() {
+  std::vector<double> rates = {0.3, 7.5, 12.5, 23.976, 29.97, 59.94, 61.8034, 119.88};
+  for (int rate = 1; rate <= 240; ++rate)
+    rates.push_back(rate);
+  return rates;
+}
+
+/// The least product of two successive rotations of a document.
+double least_cosine(const json& document) {
+  double least = 1;
+  for (const json& track : document.at("tracks")) {
+    const std::vector<double> rotation = track.at("rotation");
+    for (std::size_t i = 4; i < rotation.size(); i += 4) {
+      double cosine = 0;
+      for (std::size_t k = 0; k < 4; ++k)
+        cosine += rotation[i + k] * rotation[i - 4 + k];
+      least = std::min(least, cosine);
+    }
+  }
+  return least;
+}
+
+constexpr double kOfRounding = -1e-15;  // two rotations half a turn apart
+
+TEST(Keyframes, SuccessiveRotationsLieInOneHemisphereAtEveryRateInEveryWorld) {
+  for (const World* world : tests::all_worlds()) {
+    const auto open = tests::open_smallest(*world);
+    RandomStream draws({.seed = 407});
+    const auto performer = open.scenario->make_performer();
+    Animation animation;
+    while (animation.frames == 0)
+      if (const auto take = performer->perform(tests::draw_state(open.model(), draws)); take.complete)
+        animation = decode_animation(encode_animation(take.animation));
+    // What stands still has no motion, and takes most of the time.
+    std::erase_if(animation.bodies, [](const Body& body) { return !body.track; });
+    animation.events.clear();
+    for (const double rate : rates_of_all_kinds())
+      ASSERT_GE(least_cosine(keyframes_json(animation, kHead, rate)), kOfRounding)
+          << world->name() << " at " << rate;
+  }
+}
+
+TEST(Keyframes, SuccessiveRotationsLieInOneHemisphereHoweverABodyTumbles) {
+  RandomStream draws({.seed = 409});
+  Animation animation = ball_animation();
+  Track& track = animation.tracks[0];
+  for (int tumble = 0; tumble < 6; ++tumble) {
+    for (Eigen::Index frame = 0; frame < track.rotations.cols(); ++frame)
+      for (Eigen::Index row = 0; row < 4; ++row)
+        track.rotations(row, frame) = draws.gaussian();
+    track.rotations.colwise().normalize();
+    put_in_one_hemisphere(track.rotations);
+    const Animation stored = decode_animation(encode_animation(animation));
+    for (const double rate : rates_of_all_kinds())
+      ASSERT_GE(least_cosine(keyframes_json(stored, kHead, rate)), kOfRounding) << rate;
+    ASSERT_GE(least_cosine(keyframes_json(stored, kHead)), kOfRounding);
   }
 }
 

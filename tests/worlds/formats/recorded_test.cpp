@@ -219,6 +219,20 @@ TEST(AnimationCodec, SuccessiveRotationsLieInOneHemisphere) {
       ASSERT_GT(track.rotations.col(frame).dot(track.rotations.col(frame - 1)), 0.9) << frame;
 }
 
+TEST(AnimationCodec, WildRotationsComeBackInOneHemisphereThoughTheyAreRounded) {
+  Animation turns = draw_animation(12, 2, true);
+  Track& track = turns.tracks[0];
+  // Half a turn and a bit less than a quantum: rounded it is more than half.
+  RandomStream random = stream(13);
+  for (int draw = 0; draw < 2000; ++draw) {
+    const Eigen::Vector4d first = draw_rotation(random).coeffs(), other = draw_rotation(random).coeffs();
+    track.rotations.col(0) = first;
+    track.rotations.col(1) = (other - other.dot(first) * first + 1e-6 * first).normalized();
+    const Rotations decoded = decode_animation(encode_animation(turns)).tracks[0].rotations;
+    ASSERT_GE(decoded.col(0).dot(decoded.col(1)), 0) << draw;
+  }
+}
+
 TEST(AnimationCodec, EqualAnimationsHaveEqualBytes) {
   EXPECT_EQ(encode_animation(draw_animation(10, 100, true)), encode_animation(draw_animation(10, 100, true)));
   EXPECT_NE(encode_animation(draw_animation(10, 100, true)), encode_animation(draw_animation(11, 100, true)));
