@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "sampler/check.h"
+#include "worlds/units.h"
 
 namespace retake {
 namespace {
@@ -100,17 +101,111 @@ std::string range(const Parameter& parameter) {
   return low && high ? from + " and " + to : low ? from : to;
 }
 
+// --- Numbers with units: {"cm": 12} in place of 0.12 --------------------------------------------------
+
+bool is_in_range(const Parameter& parameter, double number) {
+  return number >= parameter.minimum && number <= parameter.maximum &&
+         !(parameter.above_minimum && number == parameter.minimum);
+}
+
+/// The unit of an object such as {"cm": 12}; null, and a fault, if it is not one of the field's alone.
+const Unit* read_unit(const Parameter& parameter, const json& object, const std::string& pointer,
+                      std::vector<Fault>& faults) {
+  const bool is_one = object.size() == 1;
+  const Unit* unit = is_one ? find_unit(parameter.unit, object.begin().key()) : nullptr;
+  const std::string accepted = (parameter.kind == Kind::number_list ? "numbers in " : "a number in ") +
+                               parameter.unit + ", or one of " + list_of_units(parameter.unit);
+  if (!is_one)
+    faults.push_back({pointer, "expected " + accepted + ", got object"});
+  else if (!unit)
+    faults.push_back(
+        {append_pointer(pointer, object.begin().key()), "is not a unit of this field: expected " + accepted});
+  return unit;
+}
+
+/// A number of a unit in SI; appends a fault if it is none, or out of range.
+json plain_number_of(const Parameter& parameter, const Unit& unit, const json& number,
+                     const std::string& place, std::vector<Fault>& faults) {
+  if (!number.is_number()) {
+    faults.push_back({place, "expected a number, got " + std::string(number.type_name())});
+    return nullptr;
+  }
+  const double plain = in_si(unit, number.get<double>());
+  if (!is_in_range(parameter, plain))
+    faults.push_back(
+        {place, "must be " + range(parameter) + " " + parameter.unit + ", got " + plain_number(plain)});
+  return plain;
+}
+
+/// One number, with a unit or without, as a plain one; anything else as it is.
+json plain_value(const Parameter& parameter, const json& value, const std::string& pointer,
+                 std::vector<Fault>& faults) {
+  if (!value.is_object()) return value;
+  const Unit* unit = read_unit(parameter, value, pointer, faults);
+  if (!unit) return nullptr;
+  return plain_number_of(parameter, *unit, value.begin().value(),
+                         append_pointer(pointer, value.begin().key()), faults);
+}
+
+/// The same for a list, whose members may have a unit each or one together: {"cm": [1, 2, 3]}.
+json plain_list(const Parameter& parameter, const json& value, const std::string& pointer,
+                std::vector<Fault>& faults) {
+  if (!value.is_object() && !value.is_array()) return value;
+  const Unit* unit = value.is_object() ? read_unit(parameter, value, pointer, faults) : nullptr;
+  if (value.is_object() && !unit) return nullptr;
+  const std::string place = unit ? append_pointer(pointer, value.begin().key()) : pointer;
+  const json& members = unit ? value.begin().value() : value;
+  if (!members.is_array()) {
+    faults.push_back({place, "expected a list of numbers, got " + std::string(members.type_name())});
+    return nullptr;
+  }
+  json list = json::array();
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const std::string member = append_pointer(place, i);
+    list.push_back(i >= parameter.most ? members[i]  // too many: the list has a fault
+                   : unit              ? plain_number_of(parameter, *unit, members[i], member, faults)
+                                       : plain_value(parameter, members[i], member, faults));
+  }
+  return list;
+}
+
+json in_plain_numbers(const Parameter& parameter, const json& value, const std::string& pointer,
+                      std::vector<Fault>& faults) {
+  if (units_of(parameter.unit).empty()) return value;
+  if (parameter.kind == Kind::number) return plain_value(parameter, value, pointer, faults);
+  if (parameter.kind == Kind::number_list) return plain_list(parameter, value, pointer, faults);
+  return value;
+}
+
+/// "; were these centimetres? Then say {"cm": 12}": what a number that is out of range may have meant, empty
+/// if no other unit makes it fit.
+std::string question_about_unit(const Parameter& parameter, double number) {
+  for (const Unit& unit : units_of(parameter.unit))
+    if (is_in_range(parameter, in_si(unit, number)))
+      return "; were these " + std::string(unit.plural) + "? Then say " +
+             with_unit(plain_number(number), unit);
+  return "";
+}
+
+/// The same of a text such as "12 cm".
+std::string question_about_text(const Parameter& parameter, const json& value) {
+  if (!value.is_string()) return "";
+  const auto quantity = quantity_of(value.get<std::string>(), parameter.unit);
+  return quantity ? "; say " + with_unit(plain_number(quantity->value), *quantity->unit) : "";
+}
+
 /// What is wrong with a number, empty if nothing is.
 std::string fault_of_number(const Parameter& parameter, const json& value) {
   const std::string unit = parameter.unit.empty() ? "" : " " + parameter.unit;
-  if (!value.is_number()) return "expected a number, got " + std::string(value.type_name());
+  if (!value.is_number())
+    return "expected a number, got " + std::string(value.type_name()) + question_about_text(parameter, value);
   const double number = value.get<double>();
   const bool is_whole = number == std::floor(number) && std::abs(number) <= kLargestInteger;
   if (parameter.kind != Kind::number && parameter.kind != Kind::number_list && !is_whole)
     return "expected an integer";
-  if (number < parameter.minimum || number > parameter.maximum ||
-      (parameter.above_minimum && number == parameter.minimum))
-    return "must be " + range(parameter) + unit + ", got " + plain_number(number);
+  if (!is_in_range(parameter, number))
+    return "must be " + range(parameter) + unit + ", got " + plain_number(number) +
+           question_about_unit(parameter, number);
   return "";
 }
 
@@ -356,8 +451,9 @@ Parameters ParameterTable::read(const json& object, std::string_view pointer, st
       continue;
     }
     const std::size_t faults_before = faults.size();
-    find_faults(parameter, *given, place, faults);
-    if (faults.size() == faults_before) filled[parameter.name] = canonical(parameter, *given);
+    const json value = in_plain_numbers(parameter, *given, place, faults);
+    if (faults.size() == faults_before) find_faults(parameter, value, place, faults);
+    if (faults.size() == faults_before) filled[parameter.name] = canonical(parameter, value);
   }
   const auto is_known = [&](const std::string& name) {
     return std::ranges::find(parameters_, name, &Parameter::name) != parameters_.end() ||
@@ -375,6 +471,8 @@ json ParameterTable::schema() const {
     property["description"] = parameter.summary;
     if (!is_required) property["default"] = canonical(parameter, parameter.default_value);
     if (!parameter.unit.empty()) property["x-unit"] = parameter.unit;
+    for (const Unit& unit : units_of(parameter.unit))
+      property["x-units"].push_back(unit.name);
     if (!parameter.source.empty()) property["x-source"] = parameter.source;
     if (is_required) required.push_back(parameter.name);
     properties[parameter.name] = std::move(property);

@@ -101,6 +101,11 @@ test("what differs by less than is read, a time that is the duration, and what i
   assert.equal(plain(told.of("s1")).gist, "miss 4 mm");
 });
 
+test("how far a time is missed is said in the unit of times", () => {
+  const told = captions([meaning("beat_miss", "s"), meaning("miss", "m")], { beat_miss: 0.0402, miss: 0.0402 }, { beat_miss: 0.0121, miss: 0.0121 });
+  assert.equal(plain(told.of("s0")).gist, "beat miss 40 ms · miss 4 cm");
+});
+
 test("values are read to one place, which the largest decides, and stay on one line", () => {
   const told = captions([meaning("turn_angle", "rad"), meaning("off", "m"), meaning("hits")], { turn_angle: 0.0994, off: 0.0463, hits: 1234 }, { turn_angle: 0.0009, off: 0.0104, hits: 1234 }, { turn_angle: -0.05, off: 0.00442, hits: 1234 });
   assert.deepEqual(["s0", "s1", "s2"].map((id) => told.of(id).gist), ["turn\u00a0angle\u00a05.7° · off\u00a04.6\u00a0cm", "turn\u00a0angle\u00a00.1° · off\u00a01\u00a0cm", "turn\u00a0angle\u00a0-2.9° · off\u00a04.4\u00a0mm"]);

@@ -137,6 +137,7 @@ TEST(Parameters, TheSchemaSaysWhatReadingDoes) {
                         {"exclusiveMinimum", 0.0},
                         {"maximum", 2.0},
                         {"x-unit", "m"},
+                        {"x-units", {"cm", "mm", "m", "in", "ft"}},
                         {"x-source", "5.1"}}));
   const json& count = schema.at("properties").at("count");
   EXPECT_EQ(count.dump(), json({{"type", "integer"},

@@ -119,6 +119,15 @@ TEST_F(ApiScenarios, The_same_document_again_is_the_same_scenario) {
   EXPECT_EQ(again.status, 200) << again.body;
   EXPECT_EQ(again.json()["id"], first);
   EXPECT_EQ(again.header("location"), "/v1/scenarios/" + first);
+  // In another unit.
+  EXPECT_EQ(
+      daemon
+          .ask(
+              "POST", "/v1/scenarios",
+              R"({"constraints":[{"tolerance":{"cm":10},"x":{"mm":1000},"sd":{"m":0.1},"kind":"rest_position"}],
+          "title":"Rest there","world":"ball2d"})")
+          .json()["id"],
+      first);
   EXPECT_NE(daemon.add_scenario(wish_document(1.001, 0.1)), first);
   EXPECT_NE(daemon.add_scenario(wish_document(1, 0.1, "Another title")), first);
   EXPECT_EQ(daemon.get("/v1/scenarios").json()["scenarios"].size(), 3);
