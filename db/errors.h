@@ -12,6 +12,13 @@ class StoreError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The disk does not let the store do it just now: it is full, read-only, failing, or the file is not where
+/// it was. The same call may succeed later.
+class StoreUnavailable : public StoreError {
+ public:
+  using StoreError::StoreError;
+};
+
 /// A page cursor that this store did not hand out, or handed out for another listing.
 class BadCursor : public std::invalid_argument {
  public:

@@ -20,7 +20,8 @@ namespace retake {
 /// The durable state of one Retake.
 /// Thread safety: every method may be called from any thread. Writes are queued to one writer thread
 /// and committed in groups; a call that returns (or a future that is ready) says that its write is committed.
-/// Throws: StoreError when the environment fails (disk full, file gone); the next call tries again.
+/// Throws: StoreUnavailable when the disk fails (full, read-only, file gone); the next call tries again.
+/// Other StoreErrors last.
 class Store {
  public:
   Store() = default;
@@ -129,8 +130,9 @@ class Store {
 
   // --- Service ---------------------------------------------------------------------------------
 
-  /// The error of the last failed write, empty when the last write succeeded. A write that was refused (no
-  /// such scenario, a conflicting key) has not failed.
+  /// Why writing does not work, empty when it does: the error of the last failed write, or what is wrong with
+  /// the file. The store looks and tries by itself, so this is known, and over, within a second without a
+  /// write. One that was refused (no such scenario, a conflicting key) has not failed.
   virtual std::string last_error() const = 0;
   /// Totals for the metrics page.
   virtual StoreTotals totals() const = 0;

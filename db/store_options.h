@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <string>
 
 namespace retake {
 
@@ -11,6 +13,9 @@ struct StoreOptions {
   std::size_t batch_rows = 32;  ///< a group is committed when it holds this many samples, or
   double batch_seconds = 0.05;  ///< when its oldest sample is this old [s]
   std::size_t reader_connections = 4;
+  /// Told why writing does not work, and an empty text when it works again; called on a thread of the
+  /// store's.
+  std::function<void(const std::string& error)> tell{};
 };
 
 }  // namespace retake

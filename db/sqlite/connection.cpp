@@ -2,9 +2,12 @@
 // Realises doc/design.md, section 5.
 #include "db/sqlite/connection.h"
 
+#include <cctype>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <limits>
+#include <unistd.h>
 
 #include <sqlite3.h>
 
@@ -13,6 +16,29 @@ namespace {
 
 // How long a connection waits for a lock that another process holds; chosen to outlast a checkpoint. [ms]
 constexpr int kBusyTimeout = 5000;
+
+constexpr int kPageBytes = 4096, kFrameHeaderBytes = 24, kLogHeaderBytes = 32;
+
+DatabaseError::Kind kind_of(int primary_code) {
+  switch (primary_code) {
+    case SQLITE_NOTADB:
+      return DatabaseError::Kind::not_a_database;
+    case SQLITE_CONSTRAINT:
+      return DatabaseError::Kind::constraint;
+    case SQLITE_FULL:
+    case SQLITE_IOERR:
+    case SQLITE_CANTOPEN:
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+    case SQLITE_PROTOCOL:
+    case SQLITE_NOMEM:
+      return DatabaseError::Kind::unavailable;
+    default:
+      return DatabaseError::Kind::other;
+  }
+}
 
 DatabaseError error_of(sqlite3* handle, int code) {
   const int system_error = errno;
@@ -25,14 +51,13 @@ DatabaseError error_of(sqlite3* handle, int code) {
       reason += std::string(": ") + std::strerror(cause);
     }
   }
-  const auto kind = primary == SQLITE_NOTADB       ? DatabaseError::Kind::not_a_database
-                    : primary == SQLITE_CONSTRAINT ? DatabaseError::Kind::constraint
-                                                   : DatabaseError::Kind::other;
-  return {kind, reason};
+  return {kind_of(primary), reason};
 }
 
 int open_flags(Connection::Access access) {
   switch (access) {
+    case Connection::Access::alone:
+      return SQLITE_OPEN_READONLY | SQLITE_OPEN_URI;
     case Connection::Access::read:
       return SQLITE_OPEN_READONLY;
     case Connection::Access::write:
@@ -41,6 +66,18 @@ int open_flags(Connection::Access access) {
       return SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   }
   return SQLITE_OPEN_READONLY;
+}
+
+/// The file as SQLite reads it without locks and shared memory: with what its log holds, if there is one.
+std::string uri_of_lone(const std::string& path) {
+  std::string uri = "file:";
+  for (const char character : path) {
+    char escaped[4];
+    const bool is_plain = std::isalnum(static_cast<unsigned char>(character)) || character == '/';
+    std::snprintf(escaped, sizeof escaped, is_plain ? "%c" : "%%%02X", static_cast<unsigned char>(character));
+    uri += escaped;
+  }
+  return uri + (::access((path + "-wal").c_str(), F_OK) == 0 ? "?vfs=unix-none" : "?immutable=1");
 }
 
 }  // namespace
@@ -54,7 +91,8 @@ void Connection::Finalize::operator()(sqlite3_stmt* handle) const {
 
 Connection::Connection(const std::string& path, Access access) {
   sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &handle, open_flags(access) | SQLITE_OPEN_NOMUTEX, nullptr);
+  const std::string name = access == Access::alone ? uri_of_lone(path) : path;
+  const int code = sqlite3_open_v2(name.c_str(), &handle, open_flags(access) | SQLITE_OPEN_NOMUTEX, nullptr);
   handle_.reset(handle);
   if (code != SQLITE_OK) raise(code);
   sqlite3_extended_result_codes(handle, 1);
@@ -67,13 +105,30 @@ Connection::Connection(const std::string& path, Access access) {
         return SQLITE_OK;
       },
       this);
-  if (access == Access::read) execute("PRAGMA query_only = ON");
+  execute("PRAGMA temp_store = MEMORY");  // needs no further descriptor in the middle of a statement
+  if (access == Access::read || access == Access::alone) execute("PRAGMA query_only = ON");
+  if (access == Access::alone) {
+    execute("PRAGMA locking_mode = EXCLUSIVE");
+    leave_log();
+  }
+  // SQLite opens what it may not write for reading.
+  if ((access == Access::write || access == Access::create) && sqlite3_db_readonly(handle, "main") == 1)
+    raise(SQLITE_READONLY);
 }
 
 Connection::~Connection() = default;
 
 void Connection::raise(int code) const {
   throw error_of(handle_.get(), code);
+}
+
+std::uint64_t Connection::log_bytes() const {
+  if (log_pages_ == 0) return 0;
+  return kLogHeaderBytes + std::uint64_t{log_pages_} * (kFrameHeaderBytes + kPageBytes);
+}
+
+void Connection::leave_log() {
+  sqlite3_db_config(handle_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
 }
 
 void Connection::execute(const std::string& script) {

@@ -21,7 +21,12 @@ namespace retake::database {
 /// SQLite refused: what() is its reason, without SQL.
 class DatabaseError : public std::runtime_error {
  public:
-  enum class Kind { not_a_database, constraint, other };
+  enum class Kind {
+    not_a_database,
+    constraint,
+    unavailable,  ///< the disk's fault, or a lock's: it may succeed later
+    other
+  };
   DatabaseError(Kind kind, const std::string& reason) : std::runtime_error(reason), kind_(kind) {}
   Kind kind() const { return kind_; }
 
@@ -34,6 +39,7 @@ class DatabaseError : public std::runtime_error {
 class Connection {
  public:
   enum class Access {
+    alone,   ///< as read, while nobody writes: without locks and shared memory, which need room on the disk
     read,    ///< the file must exist; nothing can be changed through this connection
     write,   ///< the file must exist
     create,  ///< the file is created if it does not exist
@@ -56,6 +62,10 @@ class Connection {
   std::size_t log_pages() const { return log_pages_; }
   /// Moves what readers no longer need from the write-ahead log into the database. Throws: DatabaseError.
   void checkpoint();
+  /// How many bytes of the write-ahead log the last commit needs.
+  std::uint64_t log_bytes() const;
+  /// Closing leaves the write-ahead log as it is, for whoever opens the file next.
+  void leave_log();
   /// Copies the whole database, as one snapshot, into an empty file, which is of no use if this fails and is
   /// not flushed if it succeeds. Throws: DatabaseError.
   void copy_to(const std::string& path);

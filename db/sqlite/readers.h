@@ -17,7 +17,9 @@ namespace retake::database {
 class Readers {
  public:
   /// Opens the connections. Requires: the file is a store. Throws: DatabaseError.
-  Readers(const std::string& path, std::size_t count);
+  Readers(const std::string& path, std::size_t count, Connection::Access access = Connection::Access::read);
+  /// Opens others in their place, once all are given back. Throws: DatabaseError; nothing has changed then.
+  void reopen();
 
   /// A borrowed connection within a read transaction, so that all that is read is of one moment.
   class Loan {
@@ -35,12 +37,18 @@ class Readers {
   };
 
  private:
+  using Connections = std::vector<std::unique_ptr<Connection>>;
+
+  Connections open(Connection::Access access) const;
   std::unique_ptr<Connection> take();
   void give_back(std::unique_ptr<Connection> connection);
 
+  const std::string path_;
+  const std::size_t count_;
   std::mutex mutex_;
   std::condition_variable returned_;
-  std::vector<std::unique_ptr<Connection>> free_;
+  Connections free_;
+  bool is_changing_ = false;
 };
 
 }  // namespace retake::database

@@ -19,22 +19,52 @@ namespace retake::database {
 
 SqliteStore::SqliteStore(const std::string& path, const StoreOptions& options) : path_(absolute_path(path)) {
   try {
-    if (!options.read_only) {
-      lock_ = std::make_unique<FileLock>(path_ + ".lock");
-      auto connection = open_to_write(path_);
-      readers_ = std::make_unique<Readers>(path_, options.reader_connections);
-      start_writer(std::move(connection), options);
-    } else {
+    if (options.read_only) {
       require_current(path_);
       readers_ = std::make_unique<Readers>(path_, options.reader_connections);
+    } else {
+      open(options);
     }
   } catch (const StoreError&) {
     throw;
-  } catch (const LockedElsewhere&) {
-    throw StoreError("store: " + path_ + " is in use by another daemon");
   } catch (const std::exception& error) {
     throw StoreError("store: cannot open " + path_ + ": " + error.what());
   }
+}
+
+/// Where the disk keeps it from writing, it reads, and the writer goes on trying.
+void SqliteStore::open(const StoreOptions& options) {
+  std::unique_ptr<Connection> connection;
+  std::string reason;
+  try {
+    connection = open_writing(options.reader_connections);
+  } catch (const DatabaseError& error) {
+    std::error_code missing;
+    const auto bytes = std::filesystem::file_size(path_, missing);
+    const bool holds_something = !missing && bytes > 0;
+    if (error.kind() != DatabaseError::Kind::unavailable || !holds_something) throw;
+    reason = error.what();
+    require_current(path_, Connection::Access::alone);
+    readers_ = std::make_unique<Readers>(path_, options.reader_connections, Connection::Access::alone);
+  }
+  start_writer(std::move(connection), reason, options);
+}
+
+std::unique_ptr<Connection> SqliteStore::open_writing(std::size_t reader_connections) {
+  try {
+    if (!lock_) lock_ = std::make_unique<FileLock>(path_ + ".lock");
+  } catch (const LockedElsewhere&) {
+    throw StoreError("store: " + path_ + " is in use by another daemon");
+  } catch (const std::runtime_error& error) {
+    throw DatabaseError(DatabaseError::Kind::unavailable, std::string("cannot lock it: ") + error.what());
+  }
+  auto connection = open_to_write(path_);
+  if (readers_)
+    readers_->reopen();
+  else
+    readers_ = std::make_unique<Readers>(path_, reader_connections);
+  watch_.emplace(path_);
+  return connection;
 }
 
 template <typename Work>
@@ -43,7 +73,10 @@ auto SqliteStore::read(const char* what, Work work) const {
     Readers::Loan loan(*readers_);
     return work(loan.connection());
   } catch (const DatabaseError& error) {
-    throw StoreError(std::string("store: cannot read ") + what + " from " + path_ + ": " + error.what());
+    const std::string text =
+        std::string("store: cannot read ") + what + " from " + path_ + ": " + error.what();
+    if (error.kind() == DatabaseError::Kind::unavailable) throw StoreUnavailable(text);
+    throw StoreError(text);
   }
 }
 
@@ -62,15 +95,21 @@ Writer& SqliteStore::writer() {
   return *writer_;
 }
 
-void SqliteStore::start_writer(std::unique_ptr<Connection> connection, const StoreOptions& options) {
-  writer_ = std::make_unique<Writer>(std::move(connection),
-                                     Writer::Options{
-                                         .path = path_,
-                                         .batch_rows = options.batch_rows,
-                                         .batch_time = std::chrono::duration<double>(options.batch_seconds),
-                                         .rolled_back = [this] { frontiers_.clear(); },
-                                         .upkeep = purge,
-                                     });
+void SqliteStore::start_writer(std::unique_ptr<Connection> connection, const std::string& reason,
+                               const StoreOptions& options) {
+  const std::size_t readers = options.reader_connections;
+  writer_ = std::make_unique<Writer>(
+      std::move(connection), reason,
+      Writer::Options{
+          .path = path_,
+          .batch_rows = options.batch_rows,
+          .batch_time = std::chrono::duration<double>(options.batch_seconds),
+          .rolled_back = [this] { frontiers_.clear(); },
+          .upkeep = purge,
+          .open = [this, readers] { return open_writing(readers); },
+          .inspect = [this](const Connection& writing) { return watch_->fault(writing.log_bytes()); },
+          .tell = options.tell,
+      });
 }
 
 // --- Scenarios ---------------------------------------------------------------------------------

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "db/sqlite/file_lock.h"
+#include "db/sqlite/file_watch.h"
 #include "db/sqlite/player_frontiers.h"
 #include "db/sqlite/readers.h"
 #include "db/sqlite/writer.h"
@@ -84,13 +85,18 @@ class SqliteStore final : public Store {
   template <typename Work>
   auto write(const char* operation, Work work);
   Writer& writer();
-  void start_writer(std::unique_ptr<Connection> connection, const StoreOptions& options);
+  void open(const StoreOptions& options);
+  /// Everything that writing needs. Throws: StoreError, DatabaseError.
+  std::unique_ptr<Connection> open_writing(std::size_t reader_connections);
+  void start_writer(std::unique_ptr<Connection> connection, const std::string& reason,
+                    const StoreOptions& options);
 
   // In the order in which they are needed: the last reader closes before the writer's connection, which then
   // folds the write-ahead log into the file; the lock goes last.
   std::string path_;
   std::unique_ptr<FileLock> lock_;
-  PlayerFrontiers frontiers_;  ///< the writer's thread's own
+  PlayerFrontiers frontiers_;       ///< the writer's thread's own, as the next
+  std::optional<FileWatch> watch_;  ///< once it is open for writing
   std::unique_ptr<Writer> writer_;
   std::unique_ptr<Readers> readers_;
 };

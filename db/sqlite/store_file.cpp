@@ -77,9 +77,9 @@ std::unique_ptr<Connection> open_to_write(const std::string& path) {
   return connection;
 }
 
-void require_current(const std::string& path) {
+void require_current(const std::string& path, Connection::Access access) {
   if (!fs::exists(path)) throw StoreError("store: " + path + " does not exist");
-  Connection connection(path, Connection::Access::read);
+  Connection connection(path, access);
   const auto state = file_state(connection);
   require_ours(state, path);
   if (state == FileState::empty) throw StoreError("store: " + path + " is not a Retake store");

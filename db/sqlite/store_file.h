@@ -16,7 +16,7 @@ std::string absolute_path(const std::string& path);
 /// The writing connection, with the current schema. Throws: StoreError, DatabaseError.
 std::unique_ptr<Connection> open_to_write(const std::string& path);
 /// Throws: StoreError unless the file is a store of this version, DatabaseError.
-void require_current(const std::string& path);
+void require_current(const std::string& path, Connection::Access access = Connection::Access::read);
 
 /// Copies what the connection sees into a new file, which is on the disk when this returns.
 /// Throws: StoreError if the file exists or cannot be written.

@@ -15,6 +15,8 @@ using std::chrono::milliseconds;
 constexpr milliseconds kFlushAfter{500};
 // A failed duty is tried again after this; chosen.
 constexpr milliseconds kRetryAfter{1000};
+// The file is looked at so often without a write; half of what the Store promises.
+constexpr milliseconds kBetweenLooks{500};
 // Between two slices of upkeep while there is other work; chosen.
 constexpr milliseconds kUpkeepPause{50};
 // A group takes no more than this, so that the first of a long queue does not wait for the last; chosen.
@@ -27,8 +29,9 @@ constexpr std::size_t kCheckpointPages = 500;
 
 }  // namespace
 
-Writer::Writer(std::unique_ptr<Connection> connection, Options options)
+Writer::Writer(std::unique_ptr<Connection> connection, const std::string& reason, Options options)
     : connection_(std::move(connection)), options_(std::move(options)) {
+  if (!connection_) note_error(explain("commit to", std::runtime_error(reason)));
   thread_ = std::jthread([this] { write_until_stopped(); });
 }
 
@@ -82,12 +85,21 @@ std::uint64_t Writer::failed_jobs() const {
 void Writer::write_until_stopped() {
   while (auto group = next_group()) {
     const bool busy = !group->empty();
+    if (look_at_ <= Clock::now()) look_after_file(busy);
     if (busy) commit(*std::move(group));
+    if (!connection_ || !is_sound_) {
+      postpone_duties();
+      continue;
+    }
     if (flush_at_ && *flush_at_ <= Clock::now()) flush_plays();
     checkpoint_if_long();
     keep_up(busy);
   }
-  if (flush_at_) flush_plays();
+  if (!connection_) return;
+  is_sound_ = options_.inspect(*connection_).empty();
+  if (is_sound_ && flush_at_) flush_plays();
+  // The log's name may be another file's by now.
+  if (!is_sound_) connection_->leave_log();
 }
 
 // Requires: mutex_ is held, as for the next two.
@@ -97,9 +109,10 @@ bool Writer::batch_due(Clock::time_point time) const {
          time - writes_.front()->queued_at >= options_.batch_time;
 }
 
-std::optional<Writer::Clock::time_point> Writer::next_duty() const {
-  auto duty = flush_at_;
-  if (upkeep_pending_ && (!duty || upkeep_at_ < *duty)) duty = upkeep_at_;
+Writer::Clock::time_point Writer::next_duty() const {
+  auto duty = look_at_;
+  if (flush_at_) duty = std::min(duty, *flush_at_);
+  if (upkeep_pending_) duty = std::min(duty, upkeep_at_);
   return duty;
 }
 
@@ -111,16 +124,11 @@ std::optional<Writer::Group> Writer::next_group() {
     if (batch_due(time) || !plays_.empty()) break;
     if (stopping_) return std::nullopt;
     auto until = next_duty();
-    if (until && *until <= time) return Group{};
-    if (!writes_.empty()) {
-      const auto due = writes_.front()->queued_at + std::chrono::ceil<Clock::duration>(options_.batch_time);
-      if (!until || due < *until) until = due;
-    }
-    if (until) {
-      changed_.wait_until(lock, *until);
-    } else {
-      changed_.wait(lock);
-    }
+    if (until <= time) return Group{};
+    if (!writes_.empty())
+      until = std::min(until,
+                       writes_.front()->queued_at + std::chrono::ceil<Clock::duration>(options_.batch_time));
+    changed_.wait_until(lock, until);
   }
 
   Group group;
@@ -145,6 +153,7 @@ void Writer::commit(Group group) {
       std::all_of(group.begin(), group.end(), [](const auto& job) { return job->urgency == Urgency::play; });
   std::string last_failure;
   try {
+    require_sound();
     write_durably(!only_plays);
     Transaction transaction(*connection_, Transaction::Kind::write);
     for (auto& job : group)
@@ -160,18 +169,20 @@ void Writer::commit(Group group) {
   } catch (const std::exception& error) {
     last_failure = explain("commit to", error);
     for (auto& job : group)
-      job->error = std::make_exception_ptr(StoreError(last_failure));
+      job->error = failure(last_failure, error);
     options_.rolled_back();
   }
 
   // Say so only when everything that callers may ask for agrees.
+  std::string before;
   {
     const std::lock_guard lock(mutex_);
     in_progress_ = 0;
     failed_jobs_ += static_cast<std::uint64_t>(std::count_if(
         group.begin(), group.end(), [](const auto& job) { return job->error && !job->refused; }));
-    last_error_ = last_failure;
+    before = std::exchange(last_error_, last_failure);
   }
+  tell_if_turned(before, last_failure);
   for (auto& job : group) {
     if (job->error) {
       job->fail(std::move(job->error));
@@ -195,13 +206,44 @@ void Writer::run_alone(Job& job, std::string& last_failure) {
       throw;
     } catch (const DatabaseError& error) {
       last_failure = explain(job.operation, error);
-      job.error = std::make_exception_ptr(StoreError(last_failure));
+      job.error = failure(last_failure, error);
     } catch (...) {
       job.error = std::current_exception();
       job.refused = true;
     }
   }
   database::run(*connection_, "RELEASE job");
+}
+
+/// Throws: DatabaseError.
+void Writer::require_sound() {
+  if (!connection_) connection_ = options_.open();
+  const std::string fault = options_.inspect(*connection_);
+  is_sound_ = fault.empty();
+  if (!is_sound_) throw DatabaseError(DatabaseError::Kind::unavailable, fault);
+}
+
+/// So that what goes wrong, and right again, is known without a write. A write that comes anyway will tell.
+void Writer::look_after_file(bool busy) {
+  look_at_ = Clock::now() + kBetweenLooks;
+  try {
+    require_sound();
+    if (busy || last_error().empty()) return;
+    write_durably(true);
+    Transaction transaction(*connection_, Transaction::Kind::write);
+    database::run(*connection_, "UPDATE flush SET count = count + 1");
+    transaction.commit();
+    flush_at_.reset();
+    note_error("");
+  } catch (const std::exception& error) {
+    note_error(explain("commit to", error));
+  }
+}
+
+void Writer::postpone_duties() {
+  const auto later = Clock::now() + kRetryAfter;
+  if (flush_at_) flush_at_ = later;
+  upkeep_at_ = later;
 }
 
 void Writer::flush_plays() {
@@ -259,9 +301,24 @@ std::string Writer::explain(const char* operation, const std::exception& reason)
   return std::string("store: cannot ") + operation + " " + options_.path + ": " + reason.what();
 }
 
-void Writer::note_error(std::string error) {
-  const std::lock_guard lock(mutex_);
-  last_error_ = std::move(error);
+std::exception_ptr Writer::failure(const std::string& text, const std::exception& reason) {
+  const auto* error = dynamic_cast<const DatabaseError*>(&reason);
+  if (error && error->kind() != DatabaseError::Kind::unavailable)
+    return std::make_exception_ptr(StoreError(text));
+  return std::make_exception_ptr(StoreUnavailable(text));
+}
+
+void Writer::note_error(const std::string& error) {
+  std::string before;
+  {
+    const std::lock_guard lock(mutex_);
+    before = std::exchange(last_error_, error);
+  }
+  tell_if_turned(before, error);
+}
+
+void Writer::tell_if_turned(const std::string& before, const std::string& after) const {
+  if (options_.tell && before.empty() != after.empty()) options_.tell(after);
 }
 
 }  // namespace retake::database

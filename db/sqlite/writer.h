@@ -40,9 +40,15 @@ class Writer {
     std::chrono::duration<double> batch_time{0.05};
     std::function<void()> rolled_back;        ///< called on the writer's thread when a job was undone
     std::function<bool(Connection&)> upkeep;  ///< run while idle until it gives false
+    /// Opens the connection, if there is none yet; tried until it succeeds.
+    std::function<std::unique_ptr<Connection>()> open;
+    /// What is wrong with the file, empty if nothing. Nothing is written before it is put right.
+    std::function<std::string(const Connection&)> inspect;
+    std::function<void(const std::string&)> tell;  ///< see StoreOptions
   };
 
-  Writer(std::unique_ptr<Connection> connection, Options options);
+  /// Without a connection `reason` says why there is none.
+  Writer(std::unique_ptr<Connection> connection, const std::string& reason, Options options);
   /// Commits what is queued.
   ~Writer();
   Writer(const Writer&) = delete;
@@ -100,18 +106,23 @@ class Writer {
   void enqueue(std::unique_ptr<Job> job);
   void write_until_stopped();
   bool batch_due(Clock::time_point time) const;
-  std::optional<Clock::time_point> next_duty() const;
+  Clock::time_point next_duty() const;
   std::optional<Group> next_group();
   void commit(Group group);
   void run_alone(Job& job, std::string& last_failure);
+  void require_sound();
+  void look_after_file(bool busy);
+  void postpone_duties();
   void flush_plays();
   void checkpoint_if_long();
   void keep_up(bool busy);
   void write_durably(bool durably);
   std::string explain(const char* operation, const std::exception& reason) const;
-  void note_error(std::string error);
+  static std::exception_ptr failure(const std::string& text, const std::exception& reason);
+  void note_error(const std::string& error);
+  void tell_if_turned(const std::string& before, const std::string& after) const;
 
-  const std::unique_ptr<Connection> connection_;
+  std::unique_ptr<Connection> connection_;  ///< null until it can be opened
   const Options options_;
 
   // Shared with the callers.
@@ -130,6 +141,8 @@ class Writer {
   // The writer's thread's own.
   std::optional<Clock::time_point> flush_at_;  // plays wait to reach the disk
   Clock::time_point upkeep_at_{};
+  Clock::time_point look_at_{};
+  bool is_sound_ = true;
   std::size_t checkpointed_pages_ = 0;
   bool durably_ = true;
 

@@ -70,9 +70,8 @@ void add_service_routes(HttpServer& server, Api& api) {
 
   server.route("GET", "/readyz", [&api](const HttpRequest& request) {
     QueryFields(request).finish();
-    if (!api.store.last_error().empty())
-      throw HttpProblem(503, "store-failing", "The store cannot write", "The last write to the store failed.",
-                        {}, {{"Retry-After", "5"}});
+    if (const std::string error = api.store.last_error(); !error.empty())
+      throw HttpProblem(503, "store-failing", "The store cannot write", error, {}, {{"Retry-After", "5"}});
     return json_response({{"status", "ready"}});
   });
 

@@ -73,7 +73,7 @@ void Runner::resume_stored() {
     if (is_new)
       if (const auto scenario = store_.scenario(record.scenario))
         known->second = library_.has_world_of(*scenario);
-    if (!known->second) set_state(record.id, ChainState::finished, kEndedByVersion, record.error);
+    if (!known->second) try_set_state(record.id, ChainState::finished, kEndedByVersion, record.error);
   }
   for (const ChainRecord& record : store_.chains_in_states({ChainState::queued, ChainState::running})) {
     try {
@@ -83,11 +83,22 @@ void Runner::resume_stored() {
       make_live(record);
     } catch (const OtherVersion& reason) {
       std::fprintf(stderr, "retake: chain %s is finished: %s\n", record.id.c_str(), reason.what());
-      set_state(record.id, ChainState::finished, kEndedByVersion, record.error);
+      try_set_state(record.id, ChainState::finished, kEndedByVersion, record.error);
     } catch (const std::exception& error) {
       std::fprintf(stderr, "retake: chain %s cannot go on: %s\n", record.id.c_str(), error.what());
-      set_state(record.id, ChainState::failed, "", error.what());
+      try_set_state(record.id, ChainState::failed, "", error.what());
     }
+  }
+}
+
+/// As the next start will find it out again, it need not be known now.
+void Runner::try_set_state(std::string_view id, ChainState state, std::string_view ended_by,
+                           std::string_view error) {
+  try {
+    set_state(id, state, ended_by, error);
+  } catch (const StoreUnavailable& reason) {
+    std::fprintf(stderr, "retake: chain %s cannot be said to have %s: %s\n", std::string(id).c_str(),
+                 std::string(to_string(state)).c_str(), reason.what());
   }
 }
 
@@ -204,12 +215,18 @@ std::optional<ChainRecord> Runner::wish(std::string_view id, Wish wish) {
     if (take(live)) {
       lock.unlock();
       try {
+        if (live->is_stale) go_back(*live);
         end_if_wished(live);
+      } catch (const StoreUnavailable& error) {
+        hold(live, error.what());
+        throw;
       } catch (const std::exception& error) {
         fail(live, error.what());
       }
     } else {
-      wait_for(lock, {live}, [&] { return draining_ || !is_live(live); });
+      live->refusal.clear();
+      wait_for(lock, {live}, [&] { return draining_ || !is_live(live) || !live->refusal.empty(); });
+      if (!live->refusal.empty()) throw StoreUnavailable(live->refusal);
     }
   }
   if (lock.owns_lock()) lock.unlock();
@@ -340,6 +357,7 @@ void Runner::drain() {
   };
   for (const auto& [id, live] : live_)
     try_for(*live, [this](Live& each) {
+      if (each.is_stale) return;
       settle_commit(each, true);
       if (!is_all_handed_over(each)) hand_over(each, std::nullopt, "");
     });
@@ -381,10 +399,12 @@ void Runner::work() {
 std::shared_ptr<Runner::Live> Runner::next_chain() {
   std::unique_lock lock(mutex_);
   while (!draining_) {
+    const bool is_store_failing = !store_.last_error().empty();
     // A chain for which something is wished comes first: a client waits.
     const auto wished =
         std::find_if(queue_.begin(), queue_.end(), [](const auto& live) { return live->wish != Wish::run; });
     for (auto place = wished != queue_.end() ? wished : queue_.begin(); place != queue_.end(); ++place) {
+      if ((*place)->is_stale && is_store_failing && (*place)->wish == Wish::run) continue;
       const ChainRun& run = *(*place)->run;
       const bool waits = run.gathered() >= kMostGathered || run.awaits_judgement();
       const bool held_up = (*place)->wish == Wish::run && waits && (*place)->commit.valid() &&
@@ -398,7 +418,7 @@ std::shared_ptr<Runner::Live> Runner::next_chain() {
     if (queue_.empty())
       work_.wait(lock);
     else
-      work_.wait_for(lock, std::chrono::milliseconds(1));  // the store is behind
+      work_.wait_for(lock, std::chrono::milliseconds(is_store_failing ? 50 : 1));  // the store is behind
   }
   return nullptr;
 }
@@ -406,6 +426,8 @@ std::shared_ptr<Runner::Live> Runner::next_chain() {
 bool Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer) {
   bool is_usable = true;
   try {
+    if (live->is_stale) go_back(*live);
+
     // Step, unless something else is wished.
     if (live->run->ended_by().empty() && !live->run->awaits_judgement()) is_usable = step(*live, performer);
 
@@ -425,6 +447,9 @@ bool Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
     if (!behind && (is_first || gathered >= kSamplesPerCommit || live->run->awaits_judgement() ||
                     Clock::now() - live->committed_at >= kBetweenCommits))
       hand_over(*live, std::nullopt, "");
+  } catch (const StoreUnavailable& error) {
+    hold(live, error.what());
+    return is_usable;
   } catch (const std::exception& error) {
     // Whatever it is, memory that runs out included, it ends this chain and nothing else.
     fail(live, error.what());
@@ -468,11 +493,28 @@ bool Runner::step(Live& live, Scenario::Performer& performer) {
 
 /// To its last commit, as after a restart.
 void Runner::go_back(Live& live) {
-  settle_commit(live, true);
+  if (live.commit.valid()) live.commit.wait();
+  live.commit = {};  // if it failed, this is why it goes back
   const auto record = store_.chain(live.id);
   if (!record) return;  // it was deleted; whoever did so has dropped it
   live.run = make_run(*record);
+  live.is_stale = false;
   live.handed_over_at.reset();  // what it is, is committed again: then it is known to have done no harm
+}
+
+void Runner::hold(const std::shared_ptr<Live>& live, const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  live->is_stale = true;
+  live->in_slice = false;
+  if (live->wish == Wish::drop) {
+    live_.erase(live->id);
+  } else {
+    if (live->wish != Wish::run) live->refusal = reason;
+    live->wish = Wish::run;
+    queue_.push_back(live);
+  }
+  work_.notify_one();
+  changed_.notify_all();
 }
 
 bool Runner::end_if_wished(const std::shared_ptr<Live>& live) {

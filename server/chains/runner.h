@@ -73,6 +73,8 @@ class Runner {
   /// Whether go_on() would change anything.
   static bool may_go_on(const ChainRecord& record, const StopRule& stop);
 
+  /// A chain whose progress the store cannot take waits, and goes on by itself: it stays `running`.
+
   /// A chain as the store has it, but with a failure that the store could not take yet.
   std::optional<ChainRecord> chain(std::string_view id) const;
   std::vector<ChainRecord> chains(std::string_view scenario) const;
@@ -104,6 +106,8 @@ class Runner {
     bool in_slice = false;  // some thread has it, the queue has not
     bool is_noted = true;   // that it is run; else its first step has to wait until the store knows
     Interruption* interruption = nullptr;  // of the step under way
+    bool is_stale = false;                 // the store could not take its progress
+    std::string refusal;                   // why it could not do what was wished
     std::future<std::uint64_t> commit;     // the last one handed to the store
     std::chrono::steady_clock::time_point committed_at{};
     std::optional<std::uint64_t> handed_over_at;  // the iteration of that commit
@@ -120,6 +124,8 @@ class Runner {
   /// False: it was interrupted, and the chain is back at its last commit.
   bool step(Live& live, Scenario::Performer& performer);
   void go_back(Live& live);
+  /// The chain waits until the store can be written, and goes on from its last commit then.
+  void hold(const std::shared_ptr<Live>& live, const std::string& reason);
   Wish wish_of(const Live& live) const;
   /// Requires, as for the next two: mutex_ is held.
   bool is_live(const std::shared_ptr<Live>& live) const;
@@ -141,6 +147,8 @@ class Runner {
   std::unique_ptr<ChainRun> make_run(const ChainRecord& record) const;
   void make_live(const ChainRecord& record);
   void set_state(std::string_view id, ChainState state, std::string_view ended_by, std::string_view error);
+  void try_set_state(std::string_view id, ChainState state, std::string_view ended_by,
+                     std::string_view error);
   std::optional<ChainRecord> wish(std::string_view id, Wish wish);
   void show_unsaved_failure(ChainRecord& record) const;
   void count(const ChainCounters& before, const ChainCounters& after);

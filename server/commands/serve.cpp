@@ -7,6 +7,7 @@
 #include <malloc.h>
 #include <pthread.h>
 #include <string_view>
+#include <sys/resource.h>
 #include <thread>
 
 #include "db/open_store.h"
@@ -77,7 +78,7 @@ HttpSettings http_settings(const ServeOptions& options) {
 
 /// Fills an empty store. Lists show the newest first, so the example that a person should meet first is added
 /// last; the chains are started in the order in which the examples are met.
-void add_examples(Api& api) {
+void add_examples(Api& api) try {
   if (!api.store.scenarios(1, "").records.empty()) return;
   std::vector<std::shared_ptr<const Scenario>> examples;
   for (const World* world : worlds())
@@ -93,6 +94,8 @@ void add_examples(Api& api) {
     wish.stop = {.seconds = kExampleSeconds, .ess = kExampleEss};
     api.starter.start(ids[i], wish, api.limits.most_live_chains);
   }
+} catch (const StoreUnavailable& fault) {
+  std::fprintf(stderr, "retake: no examples: %s\n", fault.what());
 }
 
 /// The signals that end the daemon, blocked in every thread that is made from here on.
@@ -106,12 +109,27 @@ sigset_t block_end_signals() {
   return signals;
 }
 
+/// Takes as many descriptors as the system lets it. Throws: ConfigurationError if those are too few: each
+/// connection needs one, served or waiting, and what is left is the store's.
+void take_descriptors() {
+  constexpr rlim_t kFewest = 400;  // chosen: 48 connections and 256 that wait, the store's and some more
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  if (setrlimit(RLIMIT_NOFILE, &limit) != 0) getrlimit(RLIMIT_NOFILE, &limit);
+  if (limit.rlim_cur < kFewest)
+    throw ConfigurationError("the daemon needs " + std::to_string(kFewest) +
+                             " file descriptors and may open " + std::to_string(limit.rlim_cur) +
+                             ": raise its limit (ulimit -n)");
+}
+
 }  // namespace
 
 Exit serve(const ServeOptions& options) {
   // An arena for every connection thread would keep what a burst of requests left there.
   mallopt(M_ARENA_MAX, static_cast<int>(std::max(4u, std::thread::hardware_concurrency())));
   const HttpSettings settings = http_settings(options);
+  take_descriptors();
   const sigset_t signals = block_end_signals();
   const bool fits_cookie =
       std::all_of(settings.token.begin(), settings.token.end(), [](unsigned char character) {
@@ -130,7 +148,11 @@ Exit serve(const ServeOptions& options) {
     return Exit::listen_address;
   }
 
-  const auto opened = open_store(options.store);
+  StoreOptions store_options;
+  store_options.tell = [](const std::string& error) {
+    std::fprintf(stderr, "retake: %s\n", error.empty() ? "the store can be written again" : error.c_str());
+  };
+  const auto opened = open_store(options.store, store_options);
   Store& store = *opened;
   ScenarioLibrary library(store);
   EventHub events;

@@ -72,6 +72,7 @@ class ChildProcess {
     std::string input{};                               ///< what it reads from its standard input
     rlim_t most_file_bytes = RLIM_INFINITY;            ///< a disk that is full at this size of a file
     rlim_t most_address_space = RLIM_INFINITY;         ///< [bytes] memory that runs out
+    rlim_t most_descriptors = RLIM_INFINITY;           ///< for good, if it is not infinite
     std::string program = RETAKE_PROGRAM;
   };
 
@@ -92,8 +93,12 @@ class ChildProcess {
     std::vector<char*> environment = pointers(variables);
     const std::string folder_text = folder.string(), in_text = in.string();
     const std::string out_text = out_.string(), err_text = err_.string();
-    const rlimit limit{start.most_file_bytes, start.most_file_bytes};
     const rlimit space{start.most_address_space, start.most_address_space};
+    // The disk may be given room again from outside.
+    rlimit file_limit{};
+    getrlimit(RLIMIT_FSIZE, &file_limit);
+    file_limit.rlim_cur = start.most_file_bytes;
+    const rlimit descriptor_limit{start.most_descriptors, start.most_descriptors};
 
     pid_ = fork();
     if (pid_ < 0) throw std::runtime_error("cannot fork");
@@ -104,9 +109,10 @@ class ChildProcess {
                           redirect(err_text, O_WRONLY | O_CREAT | O_TRUNC, 2);
     if (start.most_file_bytes != RLIM_INFINITY) {
       signal(SIGXFSZ, SIG_IGN);
-      setrlimit(RLIMIT_FSIZE, &limit);
+      setrlimit(RLIMIT_FSIZE, &file_limit);
     }
     if (start.most_address_space != RLIM_INFINITY) setrlimit(RLIMIT_AS, &space);
+    if (start.most_descriptors != RLIM_INFINITY) setrlimit(RLIMIT_NOFILE, &descriptor_limit);
     if (is_ready) execve(arguments[0], arguments.data(), environment.data());
     _exit(126);
   }

@@ -57,6 +57,7 @@ class Daemon {
     Fields environment{};
     rlim_t most_file_bytes = RLIM_INFINITY;
     rlim_t most_address_space = RLIM_INFINITY;
+    rlim_t most_descriptors = RLIM_INFINITY;
     std::string store = "retake.db";
   };
 
@@ -72,7 +73,8 @@ class Daemon {
         folder, ChildProcess::Start{.arguments = arguments,
                                     .environment = options.environment,
                                     .most_file_bytes = options.most_file_bytes,
-                                    .most_address_space = options.most_address_space});
+                                    .most_address_space = options.most_address_space,
+                                    .most_descriptors = options.most_descriptors});
     wait_until([this] { return process_->has_ended() || find_port(); });
     if (port_ == 0) throw std::runtime_error("the daemon did not start: " + process_->err());
   }

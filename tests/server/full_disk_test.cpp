@@ -1,4 +1,8 @@
-// A disk that is full: the daemon lives, says so, reads on, and its chains go on once there is room.
+// A disk that is full, a store that is gone, few descriptors: the daemon lives, says so, reads on, and its
+// chains go on once they can.
+#include <algorithm>
+#include <memory>
+
 #include "tests/server/api/shapes.h"
 #include "tests/server/daemon.h"
 
@@ -26,20 +30,17 @@ class FullDisk : public ::testing::Test {
   rlim_t limit = 0;
 };
 
-TEST_F(FullDisk, Chains_fail_with_a_message_and_go_on_from_their_checkpoint_once_there_is_room) {
+TEST_F(FullDisk, Chains_wait_and_go_on_from_their_last_commit_once_there_is_room) {
   std::string chain;
-  json failed;
   {
     Daemon daemon(folder.path(), {.most_file_bytes = limit});
     chain = daemon.add_chains(scenario, json::parse(R"({"seed":5,"stop":{"samples":3000}})")).at(0);
-    failed = daemon.wait_for_end(chain);
-    ASSERT_EQ(failed["state"], "failed");
-    EXPECT_FALSE(failed["error"].is_null());
+    ASSERT_TRUE(wait_until([&] { return daemon.get("/readyz").status == 503; }));
 
     // Reading goes on.
-    EXPECT_EQ(daemon.get("/v1/scenarios/" + scenario).json()["chains"]["failed"].get<int>() +
-                  daemon.get("/v1/scenarios/" + scenario).json()["chains"]["running"].get<int>(),
-              1);
+    EXPECT_EQ(daemon.chain(chain)["state"], "running");
+    EXPECT_TRUE(daemon.chain(chain)["error"].is_null());
+    EXPECT_LT(daemon.chain(chain)["samples"], 3000);
     EXPECT_EQ(daemon.get("/v1/samples/" + sample + "/keyframes").status, 200);
     EXPECT_EQ(daemon.post("/v1/samples/" + sample + "/verify").json()["identical"], true);
     EXPECT_GE(daemon.samples(scenario).size(), 20);
@@ -72,9 +73,8 @@ TEST_F(FullDisk, Chains_fail_with_a_message_and_go_on_from_their_checkpoint_once
     EXPECT_EQ(daemon.terminate(), 0) << daemon.process().err();
   }
 
-  // With room again, the chain goes on by itself or when asked, and finds what it would have found.
+  // With room again, the chain goes on by itself, and finds what it would have found.
   const Daemon daemon(folder.path());
-  if (daemon.chain(chain)["state"] == "failed") daemon.post("/v1/chains/" + chain + "/resume");
   const json ended = daemon.wait_for_end(chain);
   EXPECT_EQ(ended["state"], "finished");
   EXPECT_TRUE(ended["error"].is_null());
@@ -96,30 +96,115 @@ TEST_F(FullDisk, Chains_fail_with_a_message_and_go_on_from_their_checkpoint_once
   EXPECT_EQ(digests, digests_again);
 }
 
-TEST_F(FullDisk, A_failed_chain_is_resumed_by_a_request_when_the_same_daemon_has_room_again) {
+/// How large files of a running process may become can be changed from outside.
+void limit_files(Daemon& daemon, rlim_t most_bytes) {
+  rlimit limit{};
+  ASSERT_EQ(prlimit(daemon.process().pid(), RLIMIT_FSIZE, nullptr, &limit), 0);
+  limit.rlim_cur = most_bytes;
+  ASSERT_EQ(prlimit(daemon.process().pid(), RLIMIT_FSIZE, &limit, nullptr), 0);
+}
+
+TEST_F(FullDisk, The_same_daemon_and_its_chains_go_on_by_themselves_when_there_is_room_again) {
   Daemon daemon(folder.path());
   const std::string chain =
       daemon.add_chains(scenario, json::parse(R"({"seed":6,"stop":{"samples":40000}})")).at(0);
-  // The limit of a running process can be lowered and raised from outside.
-  rlimit unlimited{};
-  ASSERT_EQ(prlimit(daemon.process().pid(), RLIMIT_FSIZE, nullptr, &unlimited), 0);
-  const rlimit full{1, unlimited.rlim_max};
-  ASSERT_EQ(prlimit(daemon.process().pid(), RLIMIT_FSIZE, &full, nullptr), 0);
-  const json failed = daemon.wait_for_end(chain);
-  ASSERT_EQ(failed["state"], "failed");
-  EXPECT_EQ(daemon.get("/readyz").status, 503);
-  EXPECT_EQ(daemon.post("/v1/chains/" + chain + "/resume").status, 503) << "there is no room yet";
-  EXPECT_EQ(daemon.chain(chain)["state"], "failed") << "it stays failed until it is resumed";
+  limit_files(daemon, 1);
+  ASSERT_TRUE(wait_until([&] { return daemon.get("/readyz").status == 503; }));
+  const json ready = daemon.get("/readyz").json();
+  EXPECT_EQ(differences(ready, "Problem"), "");
+  EXPECT_NE(ready["detail"].get<std::string>().find("File too large"), std::string::npos) << ready;
   EXPECT_EQ(daemon.post("/v1/scenarios/" + scenario + "/plays", {{"player", "a"}}).status, 503);
+  for (const char* verb : {"pause", "stop"})
+    EXPECT_EQ(daemon.post("/v1/chains/" + chain + "/" + verb).status, 503) << "it could not be stored";
+  EXPECT_EQ(daemon.chain(chain)["state"], "running");
 
-  ASSERT_EQ(prlimit(daemon.process().pid(), RLIMIT_FSIZE, &unlimited, nullptr), 0);
-  EXPECT_EQ(daemon.chain(chain)["state"], "failed") << "sticky";
-  const Answer resumed = daemon.post("/v1/chains/" + chain + "/resume");
-  EXPECT_EQ(resumed.status, 200) << resumed.body;
-  EXPECT_TRUE(resumed.json()["error"].is_null());
+  limit_files(daemon, RLIM_INFINITY);
+  EXPECT_TRUE(wait_until([&] { return daemon.get("/readyz").status == 200; }))
+      << "without a request that writes";
   const json ended = daemon.wait_for_end(chain);
   EXPECT_EQ(ended["state"], "finished");
   EXPECT_EQ(ended["samples"], 40000);
+}
+
+TEST_F(FullDisk, A_daemon_starts_on_it_serves_what_it_has_and_goes_on_when_there_is_room) {
+  std::string chain;
+  {
+    Daemon daemon(folder.path());
+    chain = daemon.add_chains(scenario, json::parse(R"({"seed":7,"stop":{"samples":20000}})")).at(0);
+    ASSERT_TRUE(wait_until([&] { return daemon.chain(chain)["samples"] > 0; }));
+    daemon.kill();
+  }
+  // Room for what it prints, but not for the memory that SQLite shares.
+  Daemon daemon(folder.path(), {.most_file_bytes = 16'000});
+  EXPECT_EQ(daemon.get("/healthz").status, 200);
+  EXPECT_EQ(daemon.get("/readyz").status, 503);
+  EXPECT_EQ(daemon.get("/metrics").status, 200);
+  EXPECT_EQ(daemon.get("/v1/samples/" + sample + "/keyframes").status, 200);
+  EXPECT_GT(daemon.samples(scenario).size(), 20);
+  EXPECT_EQ(daemon.post("/v1/scenarios", prior_document("Another")).status, 503);
+  EXPECT_EQ(daemon.post("/v1/chains/" + chain + "/pause").status, 503);
+  EXPECT_EQ(daemon.chain(chain)["state"], "running");
+  EXPECT_NE(daemon.process().err().find("retake: store: cannot commit to "), std::string::npos)
+      << daemon.process().err();
+
+  limit_files(daemon, RLIM_INFINITY);
+  EXPECT_TRUE(wait_until([&] { return daemon.get("/readyz").status == 200; }));
+  EXPECT_EQ(daemon.wait_for_end(chain)["state"], "finished");
+  EXPECT_EQ(daemon.chain(chain)["samples"], 20000);
+  EXPECT_NE(daemon.process().err().find("the store can be written again"), std::string::npos);
+  EXPECT_EQ(daemon.terminate(), 0);
+  const Ended check =
+      run_program(folder.path(), {.arguments = {"check", "--store", (folder / "retake.db").string()}});
+  EXPECT_EQ(check.exit_code, 0) << check.out;
+}
+
+TEST_F(FullDisk, A_store_that_was_taken_away_is_told_and_waited_for) {
+  Daemon daemon(folder.path());
+  const std::string chain =
+      daemon.add_chains(scenario, json::parse(R"({"seed":8,"stop":{"samples":40000}})")).at(0);
+  const auto store = folder / "retake.db", elsewhere = folder / "elsewhere.db";
+  std::filesystem::rename(store, elsewhere);
+  ASSERT_TRUE(wait_until([&] { return daemon.get("/readyz").status == 503; }));
+  EXPECT_NE(daemon.get("/readyz").json()["detail"].get<std::string>().find("the file was removed"),
+            std::string::npos);
+  EXPECT_EQ(daemon.post("/v1/scenarios", prior_document("Another")).status, 503);
+  EXPECT_EQ(daemon.get("/v1/scenarios/" + scenario).status, 200);
+  EXPECT_NE(daemon.process().err().find("the file was removed"), std::string::npos);
+  std::filesystem::rename(elsewhere, store);
+  EXPECT_TRUE(wait_until([&] { return daemon.get("/readyz").status == 200; }));
+  EXPECT_EQ(daemon.wait_for_end(chain)["state"], "finished");
+  EXPECT_EQ(daemon.samples(scenario).size(), 20 + 40000);
+}
+
+// --- Few descriptors ----------------------------------------------------------------------------
+
+TEST(FewDescriptors, Too_few_are_told_at_the_start) {
+  TemporaryFolder folder;
+  const Ended ended = run_program(folder.path(), {.arguments = {"serve", "--listen", "127.0.0.1:0", "--store",
+                                                                (folder / "retake.db").string()},
+                                                  .most_descriptors = 100});
+  EXPECT_EQ(ended.exit_code, 3);
+  EXPECT_NE(ended.err.find("needs 400 file descriptors and may open 100: raise its limit (ulimit -n)"),
+            std::string::npos)
+      << ended.err;
+  EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "retake.db"));
+}
+
+TEST(FewDescriptors, A_flood_of_connections_fails_no_chain) {
+  TemporaryFolder folder;
+  Daemon daemon(folder.path(), {.most_descriptors = 400});
+  const std::string scenario = daemon.add_scenario(prior_document());
+  const std::string chain =
+      daemon.add_chains(scenario, json::parse(R"({"seed":9,"stop":{"samples":20000}})")).at(0);
+  std::vector<std::unique_ptr<RawClient>> flood;
+  for (int i = 0; i < 450; ++i)
+    flood.push_back(std::make_unique<RawClient>(daemon.port()));
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  flood.clear();
+  const json ended = daemon.wait_for_end(chain);
+  EXPECT_EQ(ended["state"], "finished");
+  EXPECT_EQ(ended["samples"], 20000);
   EXPECT_EQ(daemon.get("/readyz").status, 200);
 }
 

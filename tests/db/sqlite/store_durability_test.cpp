@@ -13,6 +13,7 @@
 #include "db/sqlite/sqlite_store.h"
 #include "tests/db/disk.h"
 #include "tests/db/fixture.h"
+#include "tests/db/mounted.h"
 
 namespace retake::test {
 namespace {
@@ -287,21 +288,6 @@ int run_full(const std::string& path, const std::string& reason, const std::func
   return 0;
 }
 
-int exit_code_of_child(const std::function<int()>& run) {
-  const auto child = ::fork();
-  if (child == 0) {
-    try {
-      ::_exit(run());
-    } catch (const std::exception& error) {
-      std::fprintf(stderr, "%s\n", error.what());
-      ::_exit(99);
-    }
-  }
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
-}
-
 TEST(StoreFullDisk, a_file_that_may_not_grow_any_more) {
   TemporaryDirectory directory;
   EXPECT_EQ(exit_code_of_child([&] {
@@ -321,24 +307,12 @@ TEST(StoreFullDisk, a_file_that_may_not_grow_any_more) {
 TEST(StoreFullDisk, a_file_system_without_room) {
   TemporaryDirectory directory;
   const auto folder = std::filesystem::path(directory.file()).parent_path().string();
-  constexpr int cannot_mount = 77;
-  const int code = exit_code_of_child([&] {
-    const auto user = std::to_string(::geteuid());
-    const auto group = std::to_string(::getegid());
-    if (::unshare(CLONE_NEWNS | (user == "0" ? 0 : CLONE_NEWUSER)) != 0) return cannot_mount;
-    if (user != "0") {
-      std::ofstream("/proc/self/setgroups") << "deny";
-      std::ofstream("/proc/self/uid_map") << "0 " << user << " 1";
-      std::ofstream("/proc/self/gid_map") << "0 " << group << " 1";
-    }
-    ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
-    if (::mount("none", folder.c_str(), "tmpfs", 0, "size=3m") != 0) return cannot_mount;
-    const int step = run_full(directory.file(),
-                              "store: cannot commit to " + directory.file() + ": database or disk is full",
-                              [&] { ::mount("none", folder.c_str(), "tmpfs", MS_REMOUNT, "size=30m"); });
-    return step;
+  const int code = exit_code_in_mount(folder, "size=3m", [&] {
+    return run_full(directory.file(),
+                    "store: cannot commit to " + directory.file() + ": database or disk is full",
+                    [&] { ::mount("none", folder.c_str(), "tmpfs", MS_REMOUNT, "size=30m"); });
   });
-  ASSERT_NE(code, cannot_mount)
+  ASSERT_NE(code, kCannotMount)
       << "this test mounts a small file system: run it as root or allow user namespaces";
   EXPECT_EQ(code, 0);
 }
