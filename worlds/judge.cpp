@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sampler/check.h"
+#include "worlds/contradictions.h"
 
 namespace retake {
 namespace {
@@ -43,6 +44,7 @@ Judge Judge::read(const Offer& offer, const json& given, const Parameters* model
     faults.push_back({std::string(pointer), "at most " + std::to_string(kMostTerms) + " are allowed"});
     return judge;
   }
+  std::vector<Claimant> claimants;
   for (std::size_t i = 0; i < given.size(); ++i) {
     const std::string place = append_pointer(pointer, i);
     json fields = given[i];
@@ -51,14 +53,18 @@ Judge Judge::read(const Offer& offer, const json& given, const Parameters* model
     const std::size_t faults_before = faults.size();
     if (kind->fit && model) kind->fit(fields, *model, place, faults);
     const Parameters parameters = kind->parameters.read(fields, place, faults, {"kind"});
-    if (model && faults.size() == faults_before)
+    if (model && faults.size() == faults_before) {
       judge.terms_.push_back(kind->make(parameters, *model, place, faults));
+      if (faults.size() == faults_before)
+        claimants.push_back({place, wish_in_words(*kind, parameters, *model), judge.terms_.back()->claims()});
+    }
     json filled = parameters.document();
     filled["kind"] = kind->kind;
     judge.document_.push_back(std::move(filled));
   }
 
   // What the terms say together.
+  find_contradictions(claimants, faults);
   for (const auto& term : judge.terms_) {
     if (!term) continue;  // it has a fault
     const std::vector<Measure> measures = term->measures();

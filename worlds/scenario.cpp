@@ -2,7 +2,6 @@
 #include "worlds/scenario.h"
 
 #include <algorithm>
-#include <cctype>
 #include <map>
 #include <set>
 #include <utility>
@@ -70,15 +69,10 @@ std::vector<std::string> wishes_of(const json& document, const std::vector<const
     const auto kind =
         std::find_if(kinds.begin(), kinds.end(), [&](const TermKind& each) { return each.kind == name; });
     if (kind == kinds.end()) return spaced(name);
-    if (!kind->sentence) {
-      std::string clause_of_all = kind->summary;
-      clause_of_all.front() = static_cast<char>(std::tolower(clause_of_all.front()));
-      return clause_of_all;
-    }
     std::vector<Fault> faults;
     const Parameters model = (*world)->model_parameters().read(document.at("model"), "", faults);
     const Parameters term = kind->parameters.read(constraint, "", faults, {"kind"});
-    return faults.empty() ? kind->sentence(term, model) : spaced(name);
+    return faults.empty() ? wish_in_words(*kind, term, model) : spaced(name);
   };
   std::vector<std::string> wishes;
   for (const json& constraint : document.at("constraints"))

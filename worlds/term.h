@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "worlds/animation.h"
+#include "worlds/claim.h"
 #include "worlds/measure.h"
 #include "worlds/parameters.h"
 
@@ -43,6 +44,9 @@ class Term {
     (void)so_far;
     return 0;
   }
+  /// What every animation that satisfies the term is like, for whoever looks for terms that exclude each
+  /// other. It may leave out anything; what it says has to hold.
+  virtual Claims claims() const { return {}; }
   /// Pairs of movers that have to meet, by their names: who keeps them apart does not serve this term.
   virtual std::vector<std::pair<std::string, std::string>> meetings() const { return {}; }
   /// Bodies without a track that show a viewer what is wished, such as a mark on the table of `shown`, a
@@ -74,6 +78,9 @@ struct TermKind {
   /// down". Empty: `summary` says it all.
   std::function<std::string(const Parameters& term, const Parameters& model)> sentence{};
 };
+
+/// What a term of a kind wishes, as a clause for people. Requires: both were read without a fault.
+std::string wish_in_words(const TermKind& kind, const Parameters& term, const Parameters& model);
 
 using Terms = std::vector<std::unique_ptr<const Term>>;
 

@@ -2,12 +2,15 @@
 #include "worlds/bowling/pins.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "worlds/bowling/lane.h"
+#include "worlds/bowling/release.h"
+#include "worlds/bowling/view.h"
 #include "worlds/measure.h"
 #include "worlds/words.h"
 
@@ -58,6 +61,23 @@ class Pins final : public Term {
   }
 
   double least_when_satisfied() const override { return 0; }
+
+  /// A pin that is to stand ends near its spot.
+  Claims claims() const override {
+    constexpr double kDeviations = 8;  // chosen: one pin in 10^15 is set farther off
+    Claims all;
+    for (std::size_t i = 0; i < rack_.size(); ++i) {
+      const std::string body = pin_name(rack_[i]);
+      all.push_back({.field = "/down", .demand = falls(body, must_fall_[i])});
+      if (must_fall_[i]) continue;
+      Region near{.radius = kMoved + std::sqrt(2.0) * kDeviations * kPinOffset};
+      near.low.x() = near.high.x() = pin_spot(rack_[i]).x();
+      near.low.z() = near.high.z() = pin_spot(rack_[i]).z();
+      all.push_back({.field = "/down",
+                     .demand = StateClaim{.body = body, .from = kEnd, .to = kEnd, .regions = {near}}});
+    }
+    return all;
+  }
 
   /// A pin that has fallen never stands again.
   double upper_bound(const Animation& so_far) const override {

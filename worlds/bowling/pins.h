@@ -8,7 +8,4 @@ namespace retake::bowling {
 
 TermKind pins_term();
 
-/// Which of Animation::tracks the pins follow: those after the ball's, in the rack's order.
-inline constexpr std::size_t kFirstPinTrack = 1;
-
 }  // namespace retake::bowling

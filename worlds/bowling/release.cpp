@@ -10,9 +10,8 @@ namespace retake::bowling {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kLeastShare = 0.8;   // of the largest radius and density (A.1)
-constexpr double kPinOffset = 0.001;  // [m] (A.1)
-constexpr double kSlowest = 0.5;      // [m/s] down the lane, chosen: slower ones take a minute to arrive
+constexpr double kLeastShare = 0.8;  // of the largest radius and density (A.1)
+constexpr double kSlowest = 0.5;     // [m/s] down the lane, chosen: slower ones take a minute to arrive
 
 // The Variables in the order of the State; the pins' offsets follow, x and z of each.
 enum Index : std::size_t {

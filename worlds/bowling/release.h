@@ -17,6 +17,8 @@ enum class ReleaseStyle {
   modern,  ///< the speed, revolutions, axis rotation and tilt of professional players
 };
 
+inline constexpr double kPinOffset = 0.001;  ///< [m] standard deviation of where a pin is set, each way (A.1)
+
 /// A throw as a State says it.
 struct Release {
   Ball ball;

@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "worlds/bowling/pins.h"
 #include "worlds/bowling/view.h"
 #include "worlds/recorder.h"
 

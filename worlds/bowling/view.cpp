@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "sampler/check.h"
-#include "worlds/bowling/pins.h"
 
 namespace retake::bowling {
 namespace {

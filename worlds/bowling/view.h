@@ -16,6 +16,9 @@ namespace retake::bowling {
 /// falls.
 Roster roster(const std::vector<int>& rack);
 
+/// Which of Animation::tracks the pins follow: those after the ball's, in the rack's order.
+inline constexpr std::size_t kFirstPinTrack = 1;
+
 inline constexpr const char* kBallName = "ball";
 std::string pin_name(int pin);
 

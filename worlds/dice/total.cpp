@@ -7,6 +7,7 @@
 #include <string>
 
 #include "worlds/dice/placement.h"
+#include "worlds/dice/view.h"
 
 namespace retake::dice {
 namespace {
@@ -15,7 +16,7 @@ constexpr int kHighest = 6;
 
 class Total final : public Term {
  public:
-  Total(int sum, double log_lambda) : sum_(sum), log_lambda_(log_lambda) {}
+  Total(int sum, double log_lambda, std::size_t dice) : sum_(sum), log_lambda_(log_lambda), dice_(dice) {}
 
   std::vector<Measure> measures() const override {
     return {{.name = "total",
@@ -37,11 +38,19 @@ class Total final : public Term {
     return {.log_density = -log_lambda_ * miss, .satisfied = miss == 0};
   }
   double least_when_satisfied() const override { return 0; }
+  Claims claims() const override {
+    SumClaim sum{.whats = {}, .least = 1, .most = kHighest, .sum = sum_};
+    for (const Roster::Mover& die : roster(dice_).movers)
+      sum.whats.push_back(shows(die.name, {}).what);
+    return {{.field = "/sum", .demand = NumberClaim{.what = "total", .values = {sum_}}},
+            {.field = "/sum", .demand = std::move(sum)}};
+  }
   int sum() const { return sum_; }
 
  private:
   int sum_;
   double log_lambda_;
+  std::size_t dice_;
 };
 
 }  // namespace
@@ -78,7 +87,8 @@ TermKind total_term() {
                                                                 std::to_string(sum)});
           return nullptr;
         }
-        return std::make_unique<const Total>(static_cast<int>(sum), parameters.number("log_lambda"));
+        return std::make_unique<const Total>(static_cast<int>(sum), parameters.number("log_lambda"),
+                                             static_cast<std::size_t>(dice));
       },
       .sentence =
           [](const Parameters& term, const Parameters&) {

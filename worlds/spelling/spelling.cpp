@@ -28,14 +28,16 @@ const ParameterTable& model_table() {
        .default_value = 7,
        .minimum = 1,
        .maximum = kMostColumns,
-       .summary = "Bins of the box from left to right; by default seven, or what a text needs that is longer",
+       .summary = "Bins of the box from left to right; by default seven, what a text needs that is longer, "
+                  "or as many as `bins` has",
        .source = "5.3.1"},
       {.name = "rows",
        .kind = Parameter::Kind::integer,
        .default_value = 5,
        .minimum = 1,
        .maximum = kMostRows,
-       .summary = "Bins of the box from far to near; by default five, or what a text needs that is longer",
+       .summary = "Bins of the box from far to near; by default five, what a text needs that is longer, or "
+                  "as many as `bins` has",
        .source = "5.3.1"},
       {.name = "balls",
        .kind = Parameter::Kind::integer,
@@ -125,8 +127,15 @@ json example(const char* text, int columns, int rows) {
           {"constraints", {{{"kind", "spell"}, {"text", text}}}}};
 }
 
-/// Makes a box larger until it has room for the texts that do not fit into it.
-void grow(int& columns, int& rows, const json& constraints) {
+/// Gives a box the size of the first pattern of bins, which goes with no other; without one makes it larger
+/// until it has room for the texts that do not fit into it.
+void fit_box(int& columns, int& rows, const json& constraints) {
+  for (const json& constraint : constraints)
+    if (const auto size = box_of(constraint)) {
+      columns = size->columns;
+      rows = size->rows;
+      return;
+    }
   for (const json& constraint : constraints) {
     const auto room = box_for(constraint);
     if (!room || designated_bins(constraint, columns, rows)) continue;
@@ -172,8 +181,8 @@ class SpellingWorld final : public World {
   }
   std::optional<Viewpoint> viewpoint(const Animation& shown) const override { return box_viewpoint(shown); }
 
-  /// A box with room for every text, if no size is given. As many balls as the largest wish designates bins;
-  /// without a wish HI's, if there are so many bins.
+  /// A box of the size of the wished bins, or with room for every text, if no size is given. As many balls as
+  /// the largest wish designates bins; without a wish HI's, if there are so many bins.
   void fit_model(json& model, const json& constraints) const override {
     std::vector<Fault> faults;
     const Parameters given = model_parameters().read(model, "", faults);
@@ -181,7 +190,7 @@ class SpellingWorld final : public World {
     int columns = static_cast<int>(given.integer("columns"));
     int rows = static_cast<int>(given.integer("rows"));
     if (!model.contains("columns") && !model.contains("rows")) {
-      grow(columns, rows, constraints);
+      fit_box(columns, rows, constraints);
       model["columns"] = columns;
       model["rows"] = rows;
     }

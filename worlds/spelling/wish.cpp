@@ -98,14 +98,17 @@ void fit(json& term, const Parameters& model, std::string_view, std::vector<Faul
 
 /// Puts a wish without faults together; appends one if the scene has too few balls for it.
 std::unique_ptr<const Term> make_wish(BinPattern pattern, const Parameters& term, const Parameters& model,
-                                      const std::string& pointer, std::vector<Fault>& faults) {
+                                      std::string_view pointer, const std::string& field,
+                                      std::vector<Fault>& faults) {
   if (pattern.count() > model.integer("balls")) {
-    faults.push_back({pointer, "needs " + std::to_string(pattern.count()) + " balls, the model has " +
-                                   std::to_string(model.integer("balls"))});
+    faults.push_back({std::string(pointer) + field, "needs " + std::to_string(pattern.count()) +
+                                                        " balls, the model has " +
+                                                        std::to_string(model.integer("balls"))});
     return nullptr;
   }
   auto box = std::make_shared<const Box>(pattern.columns, pattern.rows, Tessellation::one);
-  return std::make_unique<const Wish>(std::move(box), std::move(pattern), term.number("log_lambda"));
+  return std::make_unique<const Wish>(std::move(box), std::move(pattern), term.number("log_lambda"), field,
+                                      static_cast<std::size_t>(model.integer("balls")));
 }
 
 TermKind spell_term() {
@@ -128,7 +131,7 @@ TermKind spell_term() {
               faults.push_back({place, std::move(fault)});
               return nullptr;
             }
-            return make_wish(*lay_out(text, columns, rows), term, model, place, faults);
+            return make_wish(*lay_out(text, columns, rows), term, model, pointer, "/text", faults);
           },
           .fit = fit,
           .sentence = [](const Parameters& term,
@@ -155,7 +158,7 @@ TermKind bins_term() {
             find_faults_of_lines(lines, static_cast<int>(model.integer("columns")),
                                  static_cast<int>(model.integer("rows")), place, faults);
             if (faults.size() > faults_before) return nullptr;
-            return make_wish(pattern_of(lines), term, model, place, faults);
+            return make_wish(pattern_of(lines), term, model, pointer, "/rows", faults);
           },
           .fit = fit,
           .sentence = [](const Parameters&, const Parameters&) -> std::string {
@@ -186,14 +189,56 @@ std::optional<TextSize> box_for(const json& constraint) {
   return room_for(text, kMostColumns);
 }
 
+std::optional<TextSize> box_of(const json& constraint) {
+  if (!constraint.is_object() || constraint.value("kind", json()) != "bins") return std::nullopt;
+  const json lines = constraint.value("rows", json());
+  if (!lines.is_array() || lines.empty() || lines.size() > kMostRows) return std::nullopt;
+  TextSize size{.columns = 0, .rows = static_cast<int>(lines.size())};
+  for (const json& line : lines) {
+    if (!line.is_string()) return std::nullopt;
+    const std::size_t columns = line.get_ref<const std::string&>().size();
+    if (columns > kMostColumns) return std::nullopt;
+    size.columns = std::max(size.columns, static_cast<int>(columns));
+  }
+  return size.columns > 0 ? std::optional(size) : std::nullopt;
+}
+
 double default_log_lambda(int balls) {
   if (balls <= 10) return 5;
   return std::round(4 * (5 + 2 * std::log(balls / 10.0))) / 4;
 }
 
-Wish::Wish(std::shared_ptr<const Box> box, BinPattern pattern, double log_lambda)
-    : box_(std::move(box)), pattern_(std::move(pattern)), wished_(pattern_.count()), log_lambda_(log_lambda) {
+Wish::Wish(std::shared_ptr<const Box> box, BinPattern pattern, double log_lambda, std::string field,
+           std::size_t marbles)
+    : box_(std::move(box)),
+      pattern_(std::move(pattern)),
+      wished_(pattern_.count()),
+      log_lambda_(log_lambda),
+      field_(std::move(field)),
+      marbles_(marbles) {
   CHECK(pattern_.columns == box_->columns() && pattern_.rows == box_->rows() && wished_ > 0);
+}
+
+/// What each bin holds, that as many marbles take part as bins are designated, and that each ends in one.
+Claims Wish::claims() const {
+  Claims all;
+  StateClaim ends{.from = kEnd, .to = kEnd, .regions = {}};
+  for (std::size_t bin = 0; bin < pattern_.designated.size(); ++bin) {
+    const bool is_designated = pattern_.designated[bin];
+    all.push_back({.field = field_,
+                   .demand = NumberClaim{.what = "balls in bin " + std::to_string(bin),
+                                         .values = {is_designated ? 1 : 0}}});
+    if (!is_designated) continue;
+    const Rectangle opening = box_->opening(bin);
+    ends.regions.push_back({.low = {opening.min_x, -Region::kFar, opening.min_z},
+                            .high = {opening.max_x, kInBin, opening.max_z}});
+  }
+  all.push_back({.field = field_, .demand = std::move(ends)});
+  SumClaim parts{.whats = {}, .least = 0, .most = 1, .sum = wished_};
+  for (const Roster::Mover& marble : roster(marbles_).movers)
+    parts.whats.push_back(takes_part(marble.name).what);
+  all.push_back({.field = field_, .demand = std::move(parts)});
+  return all;
 }
 
 std::vector<Measure> Wish::measures() const {

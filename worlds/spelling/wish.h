@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "worlds/spelling/box.h"
@@ -25,6 +26,9 @@ std::optional<BinPattern> designated_bins(const nlohmann::json& constraint, int 
 /// room for or that has a fault.
 std::optional<TextSize> box_for(const nlohmann::json& constraint);
 
+/// The one box that a constraint `bins` is of; none for other constraints, and where no box is so large.
+std::optional<TextSize> box_of(const nlohmann::json& constraint);
+
 /// The log lambda that a wish of so many balls has by default: the paper's 5 up to ten balls, and from there
 /// on growing like 2 log N, which keeps the share of satisfied animations (measured: 7.25 for 30 balls).
 double default_log_lambda(int balls);
@@ -34,12 +38,15 @@ double default_log_lambda(int balls);
 class Wish final : public Term {
  public:
   /// Requires: a pattern of the box's size with a designated bin.
-  Wish(std::shared_ptr<const Box> box, BinPattern pattern, double log_lambda);
+  /// `field` is what says the pattern, as a JSON Pointer below the term's; `marbles` how many there may be.
+  Wish(std::shared_ptr<const Box> box, BinPattern pattern, double log_lambda, std::string field,
+       std::size_t marbles);
   const BinPattern& pattern() const { return pattern_; }
 
   std::vector<Measure> measures() const override;
   TermScore score(const Animation& animation, std::span<double> values) const override;
   double least_when_satisfied() const override { return 0; }
+  Claims claims() const override;
   /// A ball that has settled stays, and each that has not may yet fill a bin.
   double upper_bound(const Animation& so_far) const override;
   std::vector<Body> markers(const Animation&) const override;
@@ -57,6 +64,8 @@ class Wish final : public Term {
   BinPattern pattern_;
   int wished_;
   double log_lambda_;
+  std::string field_;
+  std::size_t marbles_;
 };
 
 }  // namespace retake::spelling

@@ -21,6 +21,13 @@ struct Contacts {
     return contact_times(animation, body, with, least_impulse);
   }
   std::vector<std::pair<std::string, std::string>> meetings() const { return meeting(body, with); }
+  Touch touch() const { return touch_of(body, with); }
+  /// That there is a contact at all.
+  Claims claims() const {
+    Claims all;
+    claim_parts(body, with, "", all);
+    return all;
+  }
 };
 
 std::vector<Measure> contact_measures(std::string miss) {
@@ -68,6 +75,17 @@ class ContactsAtTimes final : public Term {
     return static_cast<double>(times_.size()) * log_gaussian(contacts_.tolerance, contacts_.sd);
   }
 
+  Claims claims() const override {
+    Claims all = contacts_.claims();
+    for (std::size_t i = 0; i < times_.size(); ++i)
+      all.push_back({.field = append_pointer("/times", i),
+                     .demand = TouchClaim{.touch = contacts_.touch(),
+                                          .least_impulse = contacts_.least_impulse,
+                                          .from = times_[i] - contacts_.tolerance,
+                                          .to = times_[i] + contacts_.tolerance}});
+    return all;
+  }
+
   std::vector<std::pair<std::string, std::string>> meetings() const override { return contacts_.meetings(); }
 
   /// What is to come is later than what is known.
@@ -113,6 +131,18 @@ class ContactsOnBeat final : public Term {
       log_density += log_gaussian(beat_.period / 2, contacts_.sd);
     return {.log_density = log_density,
             .satisfied = contacts.size() >= beat_.fewest && misses.worst <= contacts_.tolerance};
+  }
+
+  Claims claims() const override {
+    Claims all = contacts_.claims();
+    all.push_back({.field = "/bpm",
+                   .demand = BeatClaim{
+                       .touch = contacts_.touch(),
+                       .least_impulse = contacts_.least_impulse,
+                       .period = beat_.period,
+                       .tolerance = contacts_.tolerance,
+                       .offset = beat_.from_first_contact ? std::nullopt : std::optional(beat_.offset)}});
+    return all;
   }
 
   std::vector<std::pair<std::string, std::string>> meetings() const override {

@@ -33,6 +33,11 @@ TermScore FaceUp::score(const Animation& animation, std::span<double> values) co
   return {.log_density = satisfied ? 0 : -log_lambda_, .satisfied = satisfied};
 }
 
+Claims FaceUp::claims() const {
+  return {{.field = "/face", .demand = shows(body_.name, {face_})},
+          {.field = "/body", .demand = takes_part(body_.name)}};
+}
+
 double FaceUp::upper_bound(const Animation& so_far) const {
   const Track* track = find_track(so_far, body_.name);
   if (!track) return -log_lambda_;

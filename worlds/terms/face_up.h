@@ -22,6 +22,7 @@ class FaceUp final : public Term {
   bool reads_frames() const override { return reads_frames_; }
   TermScore score(const Animation& animation, std::span<double> values) const override;
   double least_when_satisfied() const override { return 0; }
+  Claims claims() const override;
   /// What has settled stays, and who takes part is known from the start.
   double upper_bound(const Animation& so_far) const override;
 

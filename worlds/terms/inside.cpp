@@ -66,6 +66,15 @@ class Inside final : public Term {
 
   double least_when_satisfied() const override { return 0; }
 
+  Claims claims() const override {
+    return {{.field = "/box",
+             .demand = StateClaim{.body = stay_.body,
+                                  .from = stay_.from,
+                                  .to = stay_.to,
+                                  .regions = {{.low = stay_.low, .high = stay_.high}}}},
+            {.field = "/body", .demand = takes_part(stay_.body)}};
+  }
+
   double upper_bound(const Animation& so_far) const override {
     const Track* track = find_guest(so_far);
     return log_gaussian(track ? excursion(so_far, *track, Progress::unfinished) : kAway, stay_.sd);
@@ -145,21 +154,19 @@ std::unique_ptr<const Term> make_inside(const Setting& setting, const Parameters
                                                      .sd = term.number("sd")});
 }
 
-constexpr double kToTheEnd = 3600;  // [s], the default of `to`
-
 std::string inside_sentence(const Parameters& term, const Parameters&) {
   const std::vector<double> low = term.object("box").number_list("low"),
                             high = term.object("box").number_list("high");
   std::string text = body_in_words(term.text("body")) + " stays between " + in_words(low) + " m and " +
                      in_words(high) + " m";
   const double from = term.number("from"), to = term.number("to");
-  if (from > 0) text += " from " + in_words(from) + " s" + (to < kToTheEnd ? "" : " on");
-  if (to < kToTheEnd) text += (from > 0 ? " to " : " until ") + in_words(to) + " s";
+  if (from > 0) text += " from " + in_words(from) + " s" + (to < kEnd ? "" : " on");
+  if (to < kEnd) text += (from > 0 ? " to " : " until ") + in_words(to) + " s";
   return text;
 }
 
 Parameter time_field(std::string name, double value, std::string summary, std::string source) {
-  Parameter field = number_field(std::move(name), 0, 3600, "s", std::move(summary));
+  Parameter field = number_field(std::move(name), 0, kEnd, "s", std::move(summary));
   field.default_value = value;
   field.source = std::move(source);
   return field;
@@ -168,15 +175,14 @@ Parameter time_field(std::string name, double value, std::string summary, std::s
 }  // namespace
 
 TermKind inside_term(const Setting& setting) {
-  ParameterTable fields(
-      {body_field(setting, "What shall stay inside, with its origin"),
-       {.name = "box",
-        .kind = Parameter::Kind::object,
-        .fields = box_fields(),
-        .summary = "Along the axes; wide numbers leave a direction free"},
-       time_field("from", 0, "From when on", "from the start"),
-       time_field("to", kToTheEnd, "Until when; after the end everything rests", "to the end"),
-       sd_field("sd", setting.length, "m", setting.source)});
+  ParameterTable fields({body_field(setting, "What shall stay inside, with its origin"),
+                         {.name = "box",
+                          .kind = Parameter::Kind::object,
+                          .fields = box_fields(),
+                          .summary = "Along the axes; wide numbers leave a direction free"},
+                         time_field("from", 0, "From when on", "from the start"),
+                         time_field("to", kEnd, "Until when; after the end everything rests", "to the end"),
+                         sd_field("sd", setting.length, "m", setting.source)});
   return {.kind = "inside",
           .summary = "A body stays in a box for a while",
           .parameters = std::move(fields),

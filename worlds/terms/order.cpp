@@ -12,6 +12,18 @@ namespace {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostEvents = 32;  // chosen: more than any scene needs
 
+std::string touch_in_words(const std::string& body, const std::string& with) {
+  if (body == kAnyBody) return with == kAnyBody ? "there is a contact" : body_in_words(with) + " is touched";
+  return body_in_words(body) + " touches " + (with == kAnyBody ? "something" : body_in_words(with));
+}
+
+std::string event_in_words(const Parameters& event) {
+  const std::string kind = event.choice("kind"), body = event.text("body"), with = event.text("with");
+  if (kind == "rest") return body_in_words(body) + " comes to rest";
+  if (kind == "fall") return body_in_words(body) + " falls";
+  return touch_in_words(body, with);
+}
+
 /// The first time that something happens to a body.
 struct Event {
   enum class Kind { contact, rest, fall };
@@ -19,6 +31,13 @@ struct Event {
   std::string body;
   Partner one{}, other{};  ///< of a contact
 };
+
+OrderClaim::Event claimed(const Event& event) {
+  if (event.kind == Event::Kind::rest) return {.name = body_in_words(event.body) + " comes to rest"};
+  if (event.kind == Event::Kind::fall) return {.name = body_in_words(event.body) + " falls"};
+  const Touch touch = touch_of(event.one, event.other);
+  return {.name = touch_in_words(touch.one, touch.other), .touch = touch};
+}
 
 /// When something first happened to any body, as far as an animation tells.
 struct Told {
@@ -61,6 +80,23 @@ class Order final : public Term {
   }
 
   double least_when_satisfied() const override { return 0; }
+  /// All of them happen, each before the next.
+  Claims claims() const override {
+    Claims all;
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      const Event& event = events_[i];
+      const std::string place = append_pointer("/events", i);
+      if (event.kind == Event::Kind::contact)
+        claim_parts(event.one, event.other, place, all);
+      else
+        all.push_back({.field = place, .demand = takes_part(event.body)});
+      if (event.kind == Event::Kind::fall) all.push_back({.field = place, .demand = falls(event.body, true)});
+      if (i > 0)
+        all.push_back({.field = place,
+                       .demand = OrderClaim{.before = claimed(events_[i - 1]), .after = claimed(event)}});
+    }
+    return all;
+  }
   std::vector<std::pair<std::string, std::string>> meetings() const override {
     std::vector<std::pair<std::string, std::string>> all;
     for (const Event& event : events_)
@@ -144,14 +180,6 @@ std::unique_ptr<const Term> make_order(const Setting& setting, const Parameters&
   for (const Parameters& given : term.object_list("events"))
     events.push_back(read_event(roster, given, append_pointer(list, events.size()), faults));
   return std::make_unique<const Order>(std::move(events), term.number("log_lambda"));
-}
-
-std::string event_in_words(const Parameters& event) {
-  const std::string kind = event.choice("kind"), body = event.text("body"), with = event.text("with");
-  if (kind == "rest") return body_in_words(body) + " comes to rest";
-  if (kind == "fall") return body_in_words(body) + " falls";
-  if (body == kAnyBody) return with == kAnyBody ? "there is a contact" : body_in_words(with) + " is touched";
-  return body_in_words(body) + " touches " + (with == kAnyBody ? "something" : body_in_words(with));
 }
 
 std::string order_sentence(const Parameters& term, const Parameters&) {

@@ -70,6 +70,16 @@ double RestPosition::least_when_satisfied() const {
   return log_gaussian(place_.tolerance, place_.sd);
 }
 
+Claims RestPosition::claims() const {
+  Region near;
+  near.low.x() = near.high.x() = place_.x;
+  if (!flat_) near.low.z() = near.high.z() = place_.z;
+  near.radius = place_.tolerance;
+  return {{.field = "/x",
+           .demand = StateClaim{.body = place_.body, .from = kEnd, .to = kEnd, .regions = {std::move(near)}}},
+          {.field = flat_ ? "" : "/body", .demand = takes_part(place_.body)}};
+}
+
 double RestPosition::upper_bound(const Animation& so_far) const {
   const Track* track = find_track(so_far, place_.body);
   if (!track) return log_gaussian(kAway, place_.sd);

@@ -26,6 +26,7 @@ class RestPosition final : public Term {
   bool reads_frames() const override { return reads_frames_; }
   TermScore score(const Animation& animation, std::span<double> values) const override;
   double least_when_satisfied() const override;
+  Claims claims() const override;
   /// What has settled stays, and who takes part is known from the start.
   double upper_bound(const Animation& so_far) const override;
   /// On the ground, in the body's colour: a dot, a circle as wide as the tolerance, and a ring around a

@@ -47,6 +47,7 @@ const Track* find_track(const Animation& animation, std::string_view name) {
 Partner Partner::read(const Roster& roster, const std::string& name, const std::string& pointer,
                       std::vector<Fault>& faults) {
   Partner partner;
+  partner.name_ = name;
   if (name == kAnyBody) return partner;
   std::vector<std::string> names = names_of(roster.movers);
   const auto still = std::find(roster.still.begin(), roster.still.end(), name);
@@ -75,6 +76,16 @@ Partner::Here Partner::in(const Animation& animation) const {
 std::vector<std::pair<std::string, std::string>> meeting(const Partner& one, const Partner& other) {
   if (one.mover().empty() || other.mover().empty()) return {};
   return {{one.mover(), other.mover()}};
+}
+
+Touch touch_of(const Partner& one, const Partner& other) {
+  const auto [first, second] = std::minmax(one.name(), other.name());
+  return {.one = first, .other = second};
+}
+
+void claim_parts(const Partner& one, const Partner& other, const std::string& field, Claims& claims) {
+  for (const Partner* partner : {&one, &other})
+    if (!partner->mover().empty()) claims.push_back({.field = field, .demand = takes_part(partner->mover())});
 }
 
 std::vector<double> contact_times(const Animation& animation, const Partner& body, const Partner& with,

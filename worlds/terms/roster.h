@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "worlds/animation.h"
+#include "worlds/claim.h"
 #include "worlds/document.h"
 #include "worlds/roster.h"
 
@@ -20,8 +21,6 @@ const Roster::Mover* find_mover(const Roster& roster, const std::string& name, c
 
 /// The track of a name; null if that body takes no part in the animation.
 const Track* find_track(const Animation& animation, std::string_view name);
-
-inline constexpr const char* kAnyBody = "any";  ///< in place of a name
 
 /// A body of a roster or any of them, to be found in contact events.
 class Partner {
@@ -43,14 +42,21 @@ class Partner {
   Here in(const Animation& animation) const;
   /// The name of a mover; empty if it is none, or any body.
   const std::string& mover() const { return mover_; }
+  const std::string& name() const { return name_; }
 
  private:
+  std::string name_ = kAnyBody;
   std::string mover_{};                 ///< empty if it is none
   std::optional<std::size_t> still_{};  ///< which of Roster::still; neither: any body
 };
 
 /// The two as Term::meetings() names them; none unless both are movers.
 std::vector<std::pair<std::string, std::string>> meeting(const Partner& one, const Partner& other);
+
+/// The two in alphabetical order.
+Touch touch_of(const Partner& one, const Partner& other);
+/// That the movers among the two take part.
+void claim_parts(const Partner& one, const Partner& other, const std::string& field, Claims& claims);
 
 /// When a body touches another one [s], in order of time: the contacts so far that are not softer than an
 /// impulse [N s].

@@ -52,6 +52,21 @@ class StateAt final : public Term {
            (velocity_ ? log_gaussian(velocity_->tolerance, velocity_->sd) : 0);
   }
 
+  Claims claims() const override {
+    Claims all = {{.field = "/body", .demand = takes_part(body_)}};
+    const auto add = [&](const std::optional<Aim>& aim, StateClaim::Quantity quantity, const char* field) {
+      if (!aim) return;
+      const Region near{.low = aim->value, .high = aim->value, .radius = aim->tolerance};
+      all.push_back(
+          {.field = field,
+           .demand = StateClaim{
+               .body = body_, .quantity = quantity, .from = time_, .to = time_, .regions = {near}}});
+    };
+    add(position_, StateClaim::Quantity::position, "/position");
+    add(velocity_, StateClaim::Quantity::velocity, "/velocity");
+    return all;
+  }
+
   double upper_bound(const Animation& so_far) const override {
     const Track* track = find_track(so_far, body_);
     if (!track || !is_there(*track, time_)) return absent();
@@ -136,7 +151,7 @@ std::string state_at_sentence(const Parameters& term, const Parameters&) {
 TermKind state_at_term(const Setting& setting) {
   ParameterTable fields(
       {body_field(setting, "Whose state it is"),
-       number_field("time", 0, 3600, "s", "When; after the end everything rests"),
+       number_field("time", 0, kEnd, "s", "When; after the end everything rests"),
        vector_field("position", 1000, "m", "Where the body's origin shall be then: x, y, z"),
        vector_field("velocity", 1000, "m/s", "How it shall move then: x, y, z"),
        sd_field("sd", setting.length, "m", setting.source),

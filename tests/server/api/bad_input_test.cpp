@@ -109,6 +109,11 @@ TEST_F(ApiBadInput, A_scenario_document_is_refused_with_a_pointer_to_each_fault)
       {with_terms("[" + term + R"(,{"kind":"rest_position","x":"1","sd":0,"tolerance":-1,"y":0}])"),
        {"/constraints/1/x", "/constraints/1/sd", "/constraints/1/tolerance", "/constraints/1/y"}},
       {with_terms(many + "]"), {"/constraints"}},
+      {with_terms("[" + term + R"(,{"kind":"rest_position","x":2}])"),
+       {"/constraints/0/x", "/constraints/1/x"}},
+      {with_terms(R"([{"kind":"rest_position","x":{"deg":30}}])"), {"/constraints/0/x/deg"}},
+      {with_terms(R"([{"kind":"rest_position","x":{"cm":"1"}}])"), {"/constraints/0/x/cm"}},
+      {with_terms(R"([{"kind":"rest_position","x":{"cm":1,"mm":1}}])"), {"/constraints/0/x"}},
       {R"({"world":"ball2d","title":"","model":{"step":-1},"constraints":[{"kind":"no"}],"extra":0})",
        {"/title", "/model/step", "/constraints/0/kind", "/extra"}},
   };

@@ -1,5 +1,7 @@
 // The term `pins`: its counts on animations made by hand, and that its bound never promises too little.
 // Paper, section 5.2.1. Seeds are fixed.
+#include "worlds/bowling/pins.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -9,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/worlds/bowling/fixture.h"
-#include "worlds/bowling/pins.h"
+#include "worlds/bowling/view.h"
 
 namespace retake::tests {
 namespace {

@@ -69,6 +69,7 @@ void check_animation(const Animation& animation, Faults& faults) {
     if (body.track) followed.insert(*body.track);
   }
   faults.expect(followed.size() == animation.tracks.size(), "a track that nothing follows");
+  faults.expect(animation.duration() < kEnd, "lasts longer than terms take for the end");
   for (const Track& track : animation.tracks)
     check_track(track, animation.frames, faults);
   for (const ContactEvent& event : animation.events)

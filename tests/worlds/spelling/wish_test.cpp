@@ -1,8 +1,9 @@
 // The wishes of the world `spelling`: documents and their faults, scores, bounds, and what they show.
+#include "worlds/spelling/wish.h"
+
 #include <gtest/gtest.h>
 
 #include "tests/worlds/fixture.h"
-#include "worlds/spelling/wish.h"
 
 namespace retake::tests {
 namespace {
@@ -31,7 +32,7 @@ TEST(SpellingWish, AModelHasAsManyBallsAsItsLargestWishDesignates) {
   const json small = {{"columns", 7}, {"rows", 5}}, large = {{"columns", 40}, {"rows", 7}};
   EXPECT_EQ(balls(json::array({spell("HI")}), small), 10);
   EXPECT_EQ(balls(json::array({spell("HOMEMADE")}), large), 85);
-  EXPECT_EQ(balls({spell("I"), spell("HI")}, small), 10);
+  EXPECT_EQ(balls({spell("HI"), spell("hi")}, small), 10);
   EXPECT_EQ(balls(json::array(), small), 10);
   EXPECT_EQ(balls(json::array(), {{"columns", 2}, {"rows", 1}}), 2);
   EXPECT_EQ(balls(json::array({spell("HI")}), {{"columns", 7}, {"rows", 5}, {"balls", 12}}), 12);
@@ -50,7 +51,7 @@ TEST(SpellingWish, ABoxWithoutASizeHasRoomForTheText) {
   EXPECT_EQ(size(json::array({spell("HI")})), Size(7, 5));
   EXPECT_EQ(size(json::array({spell("ACM")})), Size(15, 7));
   EXPECT_EQ(size(json::array({spell("acm")})), Size(15, 7));
-  EXPECT_EQ(size({spell("HI"), spell("ACM")}), Size(15, 7));
+  EXPECT_EQ(size({spell("ACM"), spell("acm")}), Size(15, 7));
   EXPECT_EQ(size(json::array({spell("HOMEMADE")})).second, 7);
   EXPECT_EQ(model_of(json::array({spell("ACM")}), json::object()).at("balls"), 30);
   // Whoever says a size means it.
@@ -59,6 +60,36 @@ TEST(SpellingWish, ABoxWithoutASizeHasRoomForTheText) {
     EXPECT_EQ(pointers(faults_of_document(json::array({spell("ACM")}), model)),
               (std::vector<std::string>{"/constraints/0/text"}))
         << model;
+}
+
+TEST(SpellingWish, ABoxWithoutASizeIsThatOfTheWishedBins) {
+  const auto bins = [](const std::vector<std::string>& rows) {
+    return json{{"kind", "bins"}, {"rows", rows}};
+  };
+  const auto model_of = [](const json& constraints) {
+    return Scenario::read(document(constraints, json::object()))->document().at("model");
+  };
+  for (int columns = 1; columns <= spelling::kMostColumns; columns += 3)
+    for (int rows = 1; rows <= spelling::kMostRows; rows += 2) {
+      std::vector<std::string> lines(static_cast<std::size_t>(rows),
+                                     std::string(static_cast<std::size_t>(columns), '.'));
+      lines.back().back() = '#';
+      const json model = model_of(json::array({bins(lines)}));
+      EXPECT_EQ(model.at("columns"), columns);
+      EXPECT_EQ(model.at("rows"), rows);
+      EXPECT_EQ(model.at("balls"), 1);
+    }
+  // Whoever says a size means it, and one that no box has is refused where it is.
+  EXPECT_EQ(pointers(faults_of_document(json::array({bins({"##"})}), {{"columns", 3}})),
+            (std::vector<std::string>{"/constraints/0/rows", "/constraints/0/rows/0"}));
+  EXPECT_EQ(pointers(faults_of_document(json::array({bins({"##", "#"})}), json::object())),
+            (std::vector<std::string>{"/constraints/0/rows/1"}));
+  EXPECT_FALSE(faults_of_document(json::array({bins({std::string(41, '#')})}), json::object()).empty());
+  // A text beside them is laid out in their box.
+  const std::vector<std::string> hi = {".#.#.###.", ".###..#..", ".#.#.###."};
+  EXPECT_EQ(model_of(json::array({bins(hi)})).at("columns"), 9);
+  EXPECT_EQ(pointers(faults_of_document(json::array({spell("WWWW"), bins({"##"})}), json::object())),
+            (std::vector<std::string>{"/constraints/0/text"}));
 }
 
 TEST(SpellingWish, ATextThatNoBoxHasRoomForIsRefusedWithTheSizeItNeeds) {
@@ -142,7 +173,7 @@ constexpr double kLogLambda = 3;
 struct WishOfTwo {
   std::shared_ptr<const spelling::Box> box =
       std::make_shared<const spelling::Box>(3, 1, spelling::Tessellation::one);
-  Wish wish{box, spelling::pattern_of({"#.#"}), kLogLambda};
+  Wish wish{box, spelling::pattern_of({"#.#"}), kLogLambda, "/rows", 3};
 
   static constexpr int kOnOthers = -1, kMoving = -2;
   Animation animation(const std::vector<int>& bins) const {
