@@ -74,7 +74,9 @@ CommandLine::CommandLine(bool reads_file) {
     app.add_option("--config", unread_file);
   app.footer(
       "Every option may also stand in the environment: --low-water as RETAKE_LOW_WATER.\n"
-      "Exit codes: 0 done, 1 failed, 2 usage, 3 configuration, 4 store, 5 listen address.");
+      "Exit codes: 0 done, 1 failed, 2 usage, 3 configuration, 4 store, 5 listen address, 6 gave up, 7 "
+      "malformed "
+      "document, 8 impossible document, 9 unwritable output.");
   add_serve();
   add_sample();
   add_store_commands();
@@ -155,10 +157,16 @@ void CommandLine::add_sample() {
       ->check(CLI::Range(std::uint64_t{1}, kLargestCount));
   command->add_option("--seconds", options.seconds, "Give up after so many seconds")
       ->check(CLI::PositiveNumber);
-  command->add_option("--out", options.out, "Folder for the keyframe documents");
+  auto* out = command->add_option("--out", options.out, "Folder for the keyframe documents");
+  command
+      ->add_flag("--resume", options.resume,
+                 "Go on where the run in the folder was cut, as if it had not been")
+      ->needs(out);
   command->add_option("--rate", options.rate, "Frames a second of the keyframes; 0: the world's own")
       ->check(CLI::Range(0, 240));
   command->add_flag("--json", options.json, "One JSON line a sample, and one at the end");
+  command->add_flag("--progress", options.progress,
+                    "Say on standard error how far it is, also if that is no terminal");
   command->footer("Example: retake sample scenario.json --count 10 --seed 1 --out animations");
   command->callback([this] { chosen = [this] { return sample(sample_options); }; });
 }

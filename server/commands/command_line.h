@@ -66,6 +66,8 @@ struct SampleOptions {
   std::string out;
   double rate = 0;
   bool json = false;
+  bool resume = false;    ///< go on from where the run in `out` was cut
+  bool progress = false;  ///< say how far it is, also where no terminal shows it
 };
 Exit sample(const SampleOptions& options);
 

@@ -15,6 +15,7 @@
 #include "server/chains/identifiers.h"
 #include "server/chains/scenario_library.h"
 #include "server/commands/command_line.h"
+#include "server/commands/kept_run.h"
 #include "worlds/formats/formats.h"
 #include "worlds/formats/recorded.h"
 
@@ -70,11 +71,52 @@ void write_file(const std::filesystem::path& path, const std::string& text) {
   if (!file) throw OutputError("cannot write " + path.string());
 }
 
-/// Prints a line that whoever reads along has at once.
-void print_line(const std::string& line) {
-  std::cout << line << std::endl;
-  if (!std::cout) throw OutputError("cannot write to standard output");
-}
+/// What stands on standard error of how far a run is: in one line that changes on a terminal, else a line now
+/// and then.
+class ProgressLine {
+ public:
+  ProgressLine(bool is_wished, std::string wanted)
+      : on_terminal_(isatty(STDERR_FILENO) != 0),
+        shown_(is_wished || on_terminal_),
+        wanted_(std::move(wanted)) {}
+
+  void show(const ChainCounters& counters, bool is_last) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!shown_ || (!on_terminal_ && !is_last && now - last_ < kBetweenLines)) return;
+    last_ = now;
+    std::fprintf(stderr, "%s%llu of %s (%llu found), %llu iterations, %.0f a second%s",
+                 on_terminal_ ? kToStart : "", static_cast<unsigned long long>(counters.counted),
+                 wanted_.c_str(), static_cast<unsigned long long>(counters.samples),
+                 static_cast<unsigned long long>(counters.iteration), counters.iterations_per_second,
+                 on_terminal_ && !is_last ? "" : "\n");
+    std::fflush(stderr);
+  }
+  /// Makes room for a line of something else.
+  void clear() const {
+    if (on_terminal_) std::fputs(kToStart, stderr);
+  }
+
+ private:
+  static constexpr std::chrono::seconds kBetweenLines{1};
+  static constexpr const char* kToStart = "\r\033[K";
+  bool on_terminal_, shown_;
+  std::string wanted_;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+/// Tells samples on standard output: lines that whoever reads along has at once.
+class Lines {
+ public:
+  explicit Lines(const ProgressLine& progress) : progress_(progress) {}
+  void print(const std::string& line) {
+    progress_.clear();
+    std::cout << line << std::endl;
+    if (!std::cout) throw OutputError("cannot write to standard output");
+  }
+
+ private:
+  const ProgressLine& progress_;
+};
 
 /// The samples of a chain in order, each once its weight is known: the one on which a walker still stands may
 /// come to count more.
@@ -88,12 +130,14 @@ class WeighedSamples {
       if (const auto found = open_.find(update.replica);
           found != open_.end() && found->second.iteration == update.iteration)
         found->second.weight = update.weight;
-    for (const NewSample& sample : progress.samples) {
-      const auto [place, is_first] = open_.try_emplace(sample.record.replica, sample.record);
-      if (is_first) continue;
-      write_(place->second);
-      place->second = sample.record;
-    }
+    for (const NewSample& sample : progress.samples)
+      add(sample.record);
+  }
+  void add(const SampleRecord& record) {
+    const auto [place, is_first] = open_.try_emplace(record.replica, record);
+    if (is_first) return;
+    write_(place->second);
+    place->second = record;
   }
   void finish() {
     for (const auto& [replica, record] : open_)
@@ -106,78 +150,131 @@ class WeighedSamples {
   std::map<std::uint32_t, SampleRecord> open_;  ///< of each walker the last one
 };
 
-}  // namespace
+/// Where the samples of a run go: a keyframe document each into a folder, and a line each to standard output.
+class Showing {
+ public:
+  Showing(const SampleOptions& options, const Scenario& scenario, const ProgressLine& progress)
+      : options_(options), scenario_(scenario), lines_(progress) {}
 
-Exit sample(const SampleOptions& options) {
-  const auto scenario = Scenario::read(parse_document(read_text(options.scenario)));
-  const auto performer = scenario->make_performer();
-  ChainRun run(scenario, chain_record(options, *scenario), {});
-  const Format& format = formats().front();
-  if (!options.out.empty()) {
-    std::error_code fault;
-    std::filesystem::create_directories(options.out, fault);
-    if (fault) throw OutputError("cannot make the folder " + options.out + ": " + fault.message());
+  /// What was found before the run was cut, whose documents are there.
+  void add_before(const SampleRecord& record) {
+    tell(record);
+    if (options_.json) weighed_.add(record);
   }
-  const bool terminal = isatty(STDERR_FILENO) != 0 && !options.json;
+  void write_files(const ChainProgress& progress) const {
+    if (options_.out.empty()) return;
+    for (const NewSample& each : progress.samples) {
+      const Animation animation = decode_animation(each.animation);
+      const KeyframeHead head = keyframe_head(
+          animation, each.record.id, std::string(scenario_.world().name()), scenario_.world().version());
+      write_file(path_of(each.record), format_.write(animation, head, options_.rate));
+    }
+  }
+  void tell(const ChainProgress& progress) {
+    for (const NewSample& each : progress.samples)
+      tell(each.record);
+    if (options_.json) weighed_.add(progress);
+  }
+  /// The last lines; the chain is finished.
+  void finish(const ChainRecord& record) {
+    if (!options_.json) return;
+    weighed_.finish();
+    json chain = chain_json(record, &scenario_);
+    chain.erase("created_at");
+    lines_.print(json({{"chain", std::move(chain)},
+                       {"ended_by", record.ended_by},
+                       {"odds", odds_json(record.counters.odds)}})
+                     .dump());
+  }
 
-  const std::string wanted = wanted_text(run.record().stop);
-  GatheredDraws gathered;                    // only if the chain is judged by them
-  std::map<std::string, std::string> files;  // by sample, until its line is written
-  WeighedSamples lines([&](const SampleRecord& record) {
+ private:
+  std::string path_of(const SampleRecord& record) const {
+    return (std::filesystem::path(options_.out) / (record.id + std::string(format_.extension))).string();
+  }
+  /// For people: at once, as what it weighs in the end is not said.
+  void tell(const SampleRecord& record) {
+    if (options_.json) return;
+    lines_.print(record.id + "  " + record.digest + (options_.out.empty() ? "" : "  " + path_of(record)) +
+                 (record.weight == 0 ? "  learning" : ""));
+  }
+  void print_weighed(const SampleRecord& record) {
     json view = sample_json(record);
     for (const char* stored_only : {"created_at", "plays"})
       view.erase(stored_only);
-    if (const auto file = files.extract(record.id)) view["file"] = file.mapped();
-    print_line(view.dump());
-  });
+    if (!options_.out.empty()) view["file"] = path_of(record);
+    lines_.print(view.dump());
+  }
+
+  const SampleOptions& options_;
+  const Scenario& scenario_;
+  const Format& format_ = formats().front();
+  Lines lines_;
+  WeighedSamples weighed_{[this](const SampleRecord& record) { print_weighed(record); }};
+};
+
+void make_folder(const std::string& folder) {
+  std::error_code fault;
+  std::filesystem::create_directories(folder, fault);
+  if (fault) throw OutputError("cannot make the folder " + folder + ": " + fault.message());
+}
+
+}  // namespace
+
+Exit sample(const SampleOptions& given) {
+  SampleOptions options = given;
+  const auto scenario = Scenario::read(parse_document(read_text(options.scenario)));
+  if (!options.out.empty()) make_folder(options.out);
+
+  // Where it begins: anew, or where it was cut.
+  std::unique_ptr<KeptRun> kept = options.resume ? KeptRun::find(options.out) : nullptr;
+  if (kept && !options.seed) options.seed = kept->chain().seed;
+  ChainRecord record = chain_record(options, *scenario);
+  ChainRun::Stored stored;
+  if (kept) {
+    kept->expect_same(*scenario, record);
+    record.counters = kept->chain().counters;
+    stored = kept->stored();
+  } else if (!options.out.empty()) {
+    kept = std::make_unique<KeptRun>(KeptRun::begin(options.out, *scenario, record));
+  }
+  ChainRun run(scenario, std::move(record), stored);
+
+  const std::string wanted = wanted_text(run.record().stop);
+  ProgressLine progress_line(options.progress, wanted);
+  Showing showing(options, *scenario, progress_line);
+  if (options.resume && kept)
+    kept->each_sample([&](const SampleRecord& before) { showing.add_before(before); });
+
+  GatheredDraws gathered;  // only if the chain is judged by them and nothing keeps it
+  const DrawsOf draws = [&](std::size_t most, std::uint64_t from_iteration) {
+    return kept ? kept->draws(most, from_iteration) : gathered.draws(most, from_iteration);
+  };
+  const auto performer = scenario->make_performer();
+  const auto judge = [&] {
+    if (run.awaits_judgement()) run.judge(effective_samples(*scenario, run.record(), draws));
+  };
+  judge();
   while (run.ended_by().empty()) {
     run.step_for(*performer, kBetweenReports, 256);
-    const ChainProgress progress = run.take_progress();
-    if (options.ess) gathered.add(progress);
-    if (run.awaits_judgement())
-      run.judge(
-          effective_samples(*scenario, run.record(), [&](std::size_t most, std::uint64_t from_iteration) {
-            return gathered.draws(most, from_iteration);
-          }));
-    for (const NewSample& each : progress.samples) {
-      std::string file;
-      if (!options.out.empty()) {
-        const std::filesystem::path path =
-            std::filesystem::path(options.out) / (each.record.id + std::string(format.extension));
-        const Animation animation = decode_animation(each.animation);
-        const KeyframeHead head = keyframe_head(
-            animation, each.record.id, std::string(scenario->world().name()), scenario->world().version());
-        write_file(path, format.write(animation, head, options.rate));
-        file = path.string();
-        if (options.json) files[each.record.id] = file;
-      }
-      if (!options.json && (!terminal || !options.out.empty()))
-        print_line(each.record.id + "  " + each.record.digest + (file.empty() ? "" : "  " + file) +
-                   (each.record.weight == 0 ? "  learning" : ""));
-    }
-    if (options.json) lines.add(progress);
-    const ChainCounters& counters = run.record().counters;
-    if (terminal)
-      std::fprintf(stderr, "\r%llu of %s, %llu iterations, %.0f a second ",
-                   static_cast<unsigned long long>(counters.counted), wanted.c_str(),
-                   static_cast<unsigned long long>(counters.iteration), counters.iterations_per_second);
+    ChainProgress progress = run.take_progress();
+    showing.write_files(progress);
+    showing.tell(progress);
+    if (options.ess && !kept) gathered.add(progress);
+    if (kept) kept->keep(std::move(progress));
+    judge();
+    progress_line.show(run.record().counters, !run.ended_by().empty());
   }
-  if (terminal) std::fputc('\n', stderr);
-  if (options.json) {
-    lines.finish();
-    ChainRecord record = run.record();
-    record.state = ChainState::finished;
-    record.ended_by = run.ended_by();
-    json chain = chain_json(record, scenario.get());
-    chain.erase("created_at");
-    print_line(json({{"chain", std::move(chain)},
-                     {"ended_by", run.ended_by()},
-                     {"odds", odds_json(record.counters.odds)}})
-                   .dump());
+
+  ChainRecord ended = run.record();
+  ended.state = ChainState::finished;
+  ended.ended_by = run.ended_by();
+  showing.finish(ended);
+  if (ended.ended_by == "counted" || ended.ended_by == "ess") {
+    if (kept) kept->forget();
+    return Exit::done;
   }
-  if (run.ended_by() == "counted" || run.ended_by() == "ess") return Exit::done;
   std::fprintf(stderr, "retake: gave up with %llu of %s\n",
-               static_cast<unsigned long long>(run.record().counters.counted), wanted.c_str());
+               static_cast<unsigned long long>(ended.counters.counted), wanted.c_str());
   return Exit::gave_up;
 }
 

@@ -1,4 +1,6 @@
 // The program: exit codes, where options come from, what `serve` and `sample` do for an operator.
+#include "server/commands/command_line.h"
+
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -53,6 +55,9 @@ TEST_F(CommandLine, Help_is_given_for_the_program_and_every_command_with_an_exam
     EXPECT_NE(one.out.find("Example: retake " + command), std::string::npos) << one.out;
     EXPECT_EQ(one.err, "");
   }
+  for (int code = 0; code <= static_cast<int>(Exit::unwritable); ++code)
+    EXPECT_NE(all.out.find(" " + std::to_string(code) + " "), std::string::npos)
+        << "no word of exit code " << code;
   EXPECT_NE(run({"version"}).out.find("retake "), std::string::npos);
   EXPECT_TRUE(json::parse(run({"version", "--json"}).out).contains("version"));
 }

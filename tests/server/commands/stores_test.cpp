@@ -1,8 +1,11 @@
 // Commands that work without a daemon, or on the store of one that runs: sample, verify, export, backup,
 // check.
 #include <algorithm>
+#include <iterator>
+#include <random>
 #include <set>
 #include <sstream>
+#include <thread>
 
 #include <sqlite3.h>
 
@@ -143,6 +146,155 @@ TEST_F(SampleCommand, What_cannot_be_written_ends_with_9) {
   const Ended ended = run({"sample", "wish.json", "--count", "1", "--out", "file/below"});
   EXPECT_EQ(ended.exit_code, 9);
   EXPECT_NE(ended.err.find("file/below"), std::string::npos) << ended.err;
+}
+
+TEST_F(SampleCommand, A_wish_that_excludes_itself_is_refused_with_8_and_both_places) {
+  json twice = wish_document(1, 0.1);
+  twice["constraints"].push_back({{"kind", "rest_position"}, {"x", 2}});
+  write_text(folder / "twice.json", twice.dump());
+  const Ended ended = run({"sample", "twice.json"});
+  EXPECT_EQ(ended.exit_code, 8);
+  for (const char* pointer : {"/constraints/0/x: ", "/constraints/1/x: "})
+    EXPECT_NE(ended.err.find(pointer), std::string::npos) << pointer << "\n" << ended.err;
+}
+
+TEST_F(SampleCommand, How_far_it_is_stands_on_standard_error_if_wished) {
+  const Arguments asked = {"sample", "wish.json", "--count", "3", "--seed", "3", "--json"};
+  EXPECT_EQ(run(asked).err, "") << "no terminal, and nobody asked";
+  Arguments wished = asked;
+  wished.push_back("--progress");
+  const Ended ended = run(wished);
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_NE(ended.err.find("3 of 3 samples"), std::string::npos) << ended.err;
+  EXPECT_EQ(lines(ended.out).size(), 4) << "and the lines are as without";
+}
+
+TEST_F(SampleCommand, Lines_are_there_as_soon_as_they_are_found) {
+  write_text(folder / "often.json", wish_document(1, 0.5).dump());
+  ChildProcess process(folder.path(),
+                       {.arguments = {"sample", "often.json", "--count", "1000000000", "--json"}});
+  EXPECT_TRUE(wait_until([&] {
+    const std::string out = process.out();
+    return std::count(out.begin(), out.end(), '\n') > 10;
+  }));
+  EXPECT_FALSE(process.has_ended());
+}
+
+/// Keyframe documents of a folder, by name; nothing else may be in it.
+std::map<std::string, std::string> documents_in(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> all;
+  for (const auto& each : std::filesystem::directory_iterator(folder)) {
+    EXPECT_EQ(each.path().extension(), ".json") << each.path();
+    all[each.path().filename()] = read_text(each.path());
+  }
+  return all;
+}
+
+std::size_t files_in(const std::filesystem::path& folder) {
+  if (!std::filesystem::exists(folder)) return 0;
+  return static_cast<std::size_t>(
+      std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()));
+}
+
+/// The lines of samples, without the folder; and of the last one what does not go by the clock.
+std::vector<json> timeless(std::vector<json> told) {
+  for (json& line : told) {
+    if (line.contains("file"))
+      line["file"] = std::filesystem::path(line["file"].get<std::string>()).filename().string();
+    if (!line.contains("chain") || !line["chain"].is_object()) continue;
+    for (const char* by_the_clock : {"run_seconds", "iterations_per_second"})
+      line["chain"].erase(by_the_clock);
+    line["chain"]["first_sample"].erase("seconds");
+  }
+  return told;
+}
+
+/// How wide the wish is, and how it is sampled; some seconds each.
+struct CutRun {
+  std::string name;
+  double width;
+  Arguments arguments;
+};
+void PrintTo(const CutRun& run, std::ostream* out) {
+  *out << run.name;
+}
+class ResumedSample : public SampleCommand, public ::testing::WithParamInterface<CutRun> {};
+INSTANTIATE_TEST_SUITE_P(
+    Methods, ResumedSample,
+    ::testing::Values(
+        CutRun{"Rejection", 0.001, {"--method", "rejection", "--count", "300"}},
+        CutRun{"Metropolis", 0.01, {"--method", "metropolis", "--count", "2000"}},
+        CutRun{"MetropolisByEffectiveSamples", 1, {"--method", "metropolis", "--ess", "24"}},
+        CutRun{"Conditional", 0.0003, {"--method", "conditional", "--count", "40", "--index", "2"}},
+        CutRun{"ConditionalByEffectiveSamples", 0.02, {"--method", "conditional", "--ess", "60"}},
+        CutRun{"Tempering", 0.01, {"--method", "tempering", "--count", "1500", "--ratios", "paper"}}),
+    [](const auto& tested) { return tested.param.name; });
+
+TEST_P(ResumedSample, A_run_that_was_cut_anywhere_finds_what_an_uncut_one_finds) {
+  write_text(folder / "rare.json", wish_document(1, GetParam().width).dump());
+  const auto arguments = [&](const std::string& out, const Arguments& more) {
+    Arguments all = {"sample", "rare.json", "--json", "--seed", "11", "--out", out};
+    all.insert(all.end(), GetParam().arguments.begin(), GetParam().arguments.end());
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  const Ended uncut = run(arguments("uncut", {}));
+  ASSERT_EQ(uncut.exit_code, 0) << uncut.err;
+
+  // Cut each time as soon as it has found something more, whatever it is just writing.
+  std::mt19937 random(5);
+  int cuts = 0;
+  for (std::size_t found = 0; cuts < 5; ++cuts) {
+    ChildProcess process(folder.path(), {.arguments = arguments("cut", {"--resume"})});
+    const auto has_more = [&] { return files_in(folder / "cut") > found + 1; };
+    ASSERT_TRUE(wait_until([&] { return process.has_ended() || has_more(); }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 60));
+    if (process.has_ended()) break;
+    process.kill();
+    found = files_in(folder / "cut");
+  }
+  EXPECT_GT(cuts, 1) << "it was over before it could be cut";
+  const Ended resumed = run(arguments("cut", {"--resume"}));
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(documents_in(folder / "cut"), documents_in(folder / "uncut"));
+  EXPECT_EQ(timeless(lines(resumed.out)), timeless(lines(uncut.out))) << "the earlier ones come again";
+}
+
+TEST_F(SampleCommand, A_run_that_gave_up_goes_on_with_more_and_forgets_itself_when_done) {
+  const Arguments asked = {"sample", "wish.json", "--seed", "4", "--out", "run", "--count", "20"};
+  Arguments short_run = asked;
+  short_run.insert(short_run.end(), {"--iterations", "30"});
+  EXPECT_EQ(run(short_run).exit_code, 6);
+  EXPECT_TRUE(std::filesystem::exists(folder / "run" / "run.db"));
+  EXPECT_EQ(run({"check", "--store", "run/run.db"}).exit_code, 0) << "it is a store like any other";
+  // The seed need not be said again.
+  const Ended resumed = run({"sample", "wish.json", "--out", "run", "--count", "20", "--resume"});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "run" / "run.db"));
+  EXPECT_EQ(run({"sample", "wish.json", "--seed", "4", "--out", "whole", "--count", "20"}).exit_code, 0);
+  EXPECT_EQ(documents_in(folder / "run"), documents_in(folder / "whole"));
+}
+
+TEST_F(SampleCommand, Another_run_is_not_gone_on_with_and_what_differs_is_named) {
+  const Arguments asked = {"sample", "wish.json",    "--seed", "4",        "--out",
+                           "run",    "--iterations", "30",     "--method", "metropolis"};
+  ASSERT_EQ(run(asked).exit_code, 6);
+  const auto refusal = [&](const Arguments& more) {
+    Arguments other = {"sample", "wish.json", "--out", "run", "--resume", "--iterations", "30"};
+    other.insert(other.end(), more.begin(), more.end());
+    const Ended ended = run(other);
+    EXPECT_EQ(ended.exit_code, 3) << ended.err;
+    return ended.err;
+  };
+  EXPECT_NE(refusal({"--seed", "5", "--method", "metropolis"}).find("the seed (4, not 5)"),
+            std::string::npos);
+  EXPECT_NE(refusal({"--method", "rejection"}).find("the method (\"metropolis\", not \"rejection\")"),
+            std::string::npos);
+  const std::string both = refusal({"--method", "metropolis", "--ratios", "paper", "--index", "1"});
+  EXPECT_NE(both.find("the index (0, not 1) and the ratios"), std::string::npos) << both;
+  write_text(folder / "wish.json", wish_document(1.5, 0.05).dump());
+  EXPECT_NE(refusal({"--method", "metropolis"}).find("the scenario (/constraints/0/x)"), std::string::npos);
+  EXPECT_EQ(run({"sample", "wish.json", "--resume"}).exit_code, 2) << "there is no folder to go on in";
 }
 
 class StoreCommands : public DaemonTest {
