@@ -205,32 +205,33 @@ void Runner::show_unsaved_failure(ChainRecord& record) const {
   record.error = found->second;
 }
 
-/// Tells a live chain what it shall do and waits until it did. One that waits for its turn is ended here, so
-/// that nobody waits for the chains that are stepped meanwhile.
+/// Has a live chain do something, and waits for that. This thread does it, as soon as no other has the chain:
+/// those that step chains are of low priority, and busy.
 std::optional<ChainRecord> Runner::wish(std::string_view id, Wish wish) {
   std::unique_lock lock(mutex_);
   if (const auto found = live_.find(id); found != live_.end()) {
     const std::shared_ptr<Live> live = found->second;
     live->wish = wish;
-    if (take(live)) {
-      lock.unlock();
-      try {
-        if (live->is_stale) go_back(*live);
-        end_if_wished(live);
-      } catch (const StoreUnavailable& error) {
-        hold(live, error.what());
-        throw;
-      } catch (const std::exception& error) {
-        fail(live, error.what());
-      }
-    } else {
-      live->refusal.clear();
-      wait_for(lock, {live}, [&] { return draining_ || !is_live(live) || !live->refusal.empty(); });
-      if (!live->refusal.empty()) throw StoreUnavailable(live->refusal);
-    }
+    bool is_taken = false;
+    wait_for(lock, {live}, [&] { return draining_ || !is_live(live) || (is_taken = take(live)); });
+    lock.unlock();
+    if (is_taken) fulfil(live);
   }
   if (lock.owns_lock()) lock.unlock();
   return chain(id);
+}
+
+/// Throws: StoreUnavailable; it is as if nothing had been wished then.
+void Runner::fulfil(const std::shared_ptr<Live>& live) {
+  try {
+    if (live->is_stale) go_back(*live);
+    end_if_wished(live);
+  } catch (const StoreUnavailable&) {
+    hold(live, Wish::run);
+    throw;
+  } catch (const std::exception& error) {
+    fail(live, error.what());
+  }
 }
 
 bool Runner::is_live(const std::shared_ptr<Live>& live) const {
@@ -318,16 +319,17 @@ void Runner::drop_scenario(std::string_view scenario) {
   std::unique_lock lock(mutex_);
   Lives dropped;
   for (const auto& [id, live] : live_)
-    if (live->scenario == scenario) dropped.push_back(live);
-  for (const std::shared_ptr<Live>& live : dropped) {
-    live->wish = Wish::drop;
-    if (take(live)) live_.erase(live->id);
-  }
-  changed_.notify_all();
+    if (live->scenario == scenario) {
+      live->wish = Wish::drop;
+      dropped.push_back(live);
+    }
   wait_for(lock, dropped, [&] {
+    for (const std::shared_ptr<Live>& live : dropped)
+      if (take(live)) live_.erase(live->id);
     return draining_ ||
            std::none_of(dropped.begin(), dropped.end(), [this](const auto& live) { return is_live(live); });
   });
+  changed_.notify_all();
 }
 
 void Runner::drain() {
@@ -357,7 +359,7 @@ void Runner::drain() {
   };
   for (const auto& [id, live] : live_)
     try_for(*live, [this](Live& each) {
-      if (each.is_stale) return;
+      if (each.is_stale) go_back(each);
       settle_commit(each, true);
       if (!is_all_handed_over(each)) hand_over(each, std::nullopt, "");
     });
@@ -400,14 +402,12 @@ std::shared_ptr<Runner::Live> Runner::next_chain() {
   std::unique_lock lock(mutex_);
   while (!draining_) {
     const bool is_store_failing = !store_.last_error().empty();
-    // A chain for which something is wished comes first: a client waits.
-    const auto wished =
-        std::find_if(queue_.begin(), queue_.end(), [](const auto& live) { return live->wish != Wish::run; });
-    for (auto place = wished != queue_.end() ? wished : queue_.begin(); place != queue_.end(); ++place) {
-      if ((*place)->is_stale && is_store_failing && (*place)->wish == Wish::run) continue;
+    for (auto place = queue_.begin(); place != queue_.end(); ++place) {
+      if ((*place)->wish != Wish::run) continue;  // whoever wishes takes it
+      if ((*place)->is_stale && is_store_failing) continue;
       const ChainRun& run = *(*place)->run;
       const bool waits = run.gathered() >= kMostGathered || run.awaits_judgement();
-      const bool held_up = (*place)->wish == Wish::run && waits && (*place)->commit.valid() &&
+      const bool held_up = waits && (*place)->commit.valid() &&
                            (*place)->commit.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
       if (held_up) continue;
       std::shared_ptr<Live> live = *place;
@@ -428,8 +428,12 @@ bool Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
   try {
     if (live->is_stale) go_back(*live);
 
-    // Step, unless something else is wished.
+    // Step, unless something else is wished; whoever wishes waits for the chain.
     if (live->run->ended_by().empty() && !live->run->awaits_judgement()) is_usable = step(*live, performer);
+    if (!is_usable || wish_of(*live) != Wish::run) {
+      give_back(live);
+      return is_usable;
+    }
 
     // Hand over what there is, when it is time.
     const bool is_deleted = !settle_commit(*live, false);
@@ -447,19 +451,15 @@ bool Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& perfo
     if (!behind && (is_first || gathered >= kSamplesPerCommit || live->run->awaits_judgement() ||
                     Clock::now() - live->committed_at >= kBetweenCommits))
       hand_over(*live, std::nullopt, "");
-  } catch (const StoreUnavailable& error) {
-    hold(live, error.what());
+  } catch (const StoreUnavailable&) {
+    hold(live, std::nullopt);
     return is_usable;
   } catch (const std::exception& error) {
     // Whatever it is, memory that runs out included, it ends this chain and nothing else.
     fail(live, error.what());
     return false;
   }
-  const std::lock_guard lock(mutex_);
-  live->in_slice = false;
-  queue_.push_back(live);
-  work_.notify_one();
-  if (draining_) changed_.notify_all();
+  give_back(live);
   return is_usable;
 }
 
@@ -479,8 +479,8 @@ bool Runner::step(Live& live, Scenario::Performer& performer) {
   try {
     if (may_step) live.run->step_for(performer, kSlice, kMostGathered);
   } catch (const Interrupted&) {
+    live.is_stale = true;
     publish(nullptr);
-    go_back(live);
     return false;
   } catch (...) {
     publish(nullptr);
@@ -502,19 +502,21 @@ void Runner::go_back(Live& live) {
   live.handed_over_at.reset();  // what it is, is committed again: then it is known to have done no harm
 }
 
-void Runner::hold(const std::shared_ptr<Live>& live, const std::string& reason) {
-  const std::lock_guard lock(mutex_);
+void Runner::hold(const std::shared_ptr<Live>& live, std::optional<Wish> wish) {
   live->is_stale = true;
-  live->in_slice = false;
-  if (live->wish == Wish::drop) {
-    live_.erase(live->id);
-  } else {
-    if (live->wish != Wish::run) live->refusal = reason;
-    live->wish = Wish::run;
-    queue_.push_back(live);
+  if (wish) {
+    const std::lock_guard lock(mutex_);
+    live->wish = *wish;
   }
+  give_back(live);
+}
+
+void Runner::give_back(const std::shared_ptr<Live>& live) {
+  const std::lock_guard lock(mutex_);
+  live->in_slice = false;
+  queue_.push_back(live);
   work_.notify_one();
-  changed_.notify_all();
+  if (live->wish != Wish::run || draining_) changed_.notify_all();
 }
 
 bool Runner::end_if_wished(const std::shared_ptr<Live>& live) {

@@ -107,7 +107,6 @@ class Runner {
     bool is_noted = true;   // that it is run; else its first step has to wait until the store knows
     Interruption* interruption = nullptr;  // of the step under way
     bool is_stale = false;                 // the store could not take its progress
-    std::string refusal;                   // why it could not do what was wished
     std::future<std::uint64_t> commit;     // the last one handed to the store
     std::chrono::steady_clock::time_point committed_at{};
     std::optional<std::uint64_t> handed_over_at;  // the iteration of that commit
@@ -121,11 +120,13 @@ class Runner {
   std::shared_ptr<Live> next_chain();
   /// False: the performer is good for nothing any more.
   bool slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer);
-  /// False: it was interrupted, and the chain is back at its last commit.
+  /// False: it was interrupted, and the chain has to go back to its last commit.
   bool step(Live& live, Scenario::Performer& performer);
   void go_back(Live& live);
   /// The chain waits until the store can be written, and goes on from its last commit then.
-  void hold(const std::shared_ptr<Live>& live, const std::string& reason);
+  void hold(const std::shared_ptr<Live>& live, std::optional<Wish> wish);
+  void give_back(const std::shared_ptr<Live>& live);
+  void fulfil(const std::shared_ptr<Live>& live);
   Wish wish_of(const Live& live) const;
   /// Requires, as for the next two: mutex_ is held.
   bool is_live(const std::shared_ptr<Live>& live) const;
