@@ -126,7 +126,8 @@ TEST(Scenario, ItsDocumentReadsBackAsItself) {
 
 TEST(Scenario, MeasuresOfEqualTermsHaveUniqueNames) {
   const auto scenario = read_scenario(R"({"world":"ball2d","constraints":[
-    {"kind":"rest_position","x":1},{"kind":"rest_position","x":-1},{"kind":"rest_position","x":0.5}]})");
+    {"kind":"rest_position","x":1,"tolerance":2},{"kind":"rest_position","x":-1,"tolerance":2},
+    {"kind":"rest_position","x":0.5,"tolerance":2}]})");
   std::vector<NamedUnit> expected = kBallMeasures;
   for (const char* name : {"miss", "miss_2", "miss_3"})
     expected.push_back({.name = name, .unit = "m"});
