@@ -340,8 +340,8 @@ Animation unpack(std::string_view bytes, std::uint8_t version) {
     track.rotations.resize(4, frames);
     get_frames(in, track.rotations, kRotationQuantum);
     track.rotations.colwise().normalize();
-    put_in_one_hemisphere(
-        track.rotations);  // quantised, half a turn between two frames may be more than half
+    // Rounded, half a turn between two frames may be more than half.
+    put_in_one_hemisphere(track.rotations);
   }
   animation.events.resize(get_count(in, 44));
   for (ContactEvent& event : animation.events) {
