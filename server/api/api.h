@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "db/store.h"
+#include "server/api/document_desk.h"
 #include "server/api/limits.h"
 #include "server/chains/chain_starter.h"
 #include "server/chains/event_hub.h"
@@ -24,6 +25,7 @@ struct Api {
   Runner& runner;
   ChainStarter& starter;
   Pilot& pilot;
+  DocumentDesk& documents;
   ServiceLimits limits;
   const HttpServer& server;
 };

@@ -14,6 +14,7 @@ struct ServiceLimits {
   std::uint64_t most_live_chains = 1024;
   std::uint64_t most_trace_points = 100'000;  ///< a trace never holds so many
   std::uint64_t most_frame_rate = 240;
+  std::uint64_t most_keyframe_numbers = 16'000'000;  ///< of all frames of a document, some 130 MB of text
   std::uint64_t most_samples_per_scenario = 1'000'000;
   std::uint64_t low_water = 0;  ///< a play that leaves fewer unseen samples starts chains again; 0: never
   std::uint64_t refill = 100;   ///< samples that such a chain finds before it finishes

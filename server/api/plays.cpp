@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "server/api/api.h"
+#include "server/api/keyframe_answers.h"
 #include "server/api/request_fields.h"
 #include "server/api/views.h"
 #include "server/chains/health.h"
@@ -178,15 +179,15 @@ void add_play_routes(HttpServer& server, Api& api) {
                  {"sample", sample_json(play->sample)},
                  {"repeat", play->repeat},
                  {"remaining", play->remaining}};
+    HttpResponse response = json_response(view, 201);
     if (include) {
-      const auto scenario = api.store.scenario(id);
-      const auto bytes = api.store.sample_animation(play->sample.id);
-      if (!scenario || !bytes) throw not_found("scenario", id);
-      const Animation animation = decode_animation(*bytes);
-      view["keyframes"] = keyframes_json(
-          animation, keyframe_head(animation, play->sample.id, scenario->world, scenario->world_version));
+      // The animation is the first member, in pieces, and the others follow.
+      response.pieces = [write = animation_writer(api, play->sample, formats().front(), 0),
+                         others = response.body.substr(1)](const StreamSink& sink) {
+        return sink("{\"keyframes\":") && write(sink) && sink("," + others);
+      };
     }
-    return json_response(view, 201);
+    return response;
   });
 }
 

@@ -1,8 +1,8 @@
 // Routes of samples: listings, one sample, its keyframes, its proof.
 #include <algorithm>
-#include <cstdio>
 
 #include "server/api/api.h"
+#include "server/api/keyframe_answers.h"
 #include "server/api/request_fields.h"
 #include "server/api/views.h"
 #include "worlds/formats/formats.h"
@@ -17,19 +17,6 @@ SampleRecord find_sample(const Api& api, const std::string& id) {
   auto record = api.store.sample(id);
   if (!record) throw not_found("sample", id);
   return std::move(*record);
-}
-
-/// A part of a stored sample, decoded; one that is damaged is reported and never served.
-template <typename Decode>
-auto decode(const std::string& id, const std::optional<std::string>& bytes, Decode decode_bytes) {
-  if (!bytes) throw not_found("sample", id);
-  try {
-    return decode_bytes(*bytes);
-  } catch (const DamagedAnimation& fault) {
-    std::fprintf(stderr, "retake: sample %s: %s\n", id.c_str(), fault.what());
-    throw HttpProblem(500, "damaged-sample", "The stored sample is damaged",
-                      "Sample " + id + " is damaged in the store; `retake check` lists every such sample.");
-  }
 }
 
 SampleOrder read_order(QueryFields& query) {
@@ -71,7 +58,7 @@ void add_sample_routes(HttpServer& server, Api& api) {
     view["verifiable"] = runs;
     if (runs) {
       const auto scenario = find_scenario(api, record.scenario, "sample", id);
-      const State state = decode(id, api.store.sample_state(id), decode_state);
+      const State state = decode_stored(id, api.store.sample_state(id), decode_state);
       view["variables"] = variables_json(scenario->model(), state);
     }
     return json_response(view);
@@ -84,13 +71,9 @@ void add_sample_routes(HttpServer& server, Api& api) {
       query.finish();
       const std::string& id = request.path_values.at("id");
       const SampleRecord record = find_sample(api, id);
-      const auto scenario = api.store.scenario(record.scenario);
-      if (!scenario) throw not_found("sample", id);
-      const Animation animation = decode(id, api.store.sample_animation(id), decode_animation);
-      const KeyframeHead head = keyframe_head(animation, id, scenario->world, scenario->world_version);
       HttpResponse response;
       response.content_type = format.media_type;
-      response.body = format.write(animation, head, static_cast<double>(rate));
+      response.pieces = animation_writer(api, record, format, static_cast<double>(rate));
       response.etag = record.digest + "-" + std::to_string(rate);
       response.cache_control = "public, max-age=31536000, immutable";
       return response;
@@ -102,7 +85,7 @@ void add_sample_routes(HttpServer& server, Api& api) {
     const std::string& id = request.path_values.at("id");
     const SampleRecord record = find_sample(api, id);
     const auto scenario = find_scenario(api, record.scenario, "sample", id);
-    const State state = decode(id, api.store.sample_state(id), decode_state);
+    const State state = decode_stored(id, api.store.sample_state(id), decode_state);
     const auto performer = scenario->make_performer();
     const Scenario::Performer::Take take = performer->perform(state);
     const std::string found = digest(state, take.animation);

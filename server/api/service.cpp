@@ -92,6 +92,7 @@ void add_service_routes(HttpServer& server, Api& api) {
                           {"live_chains", limits.most_live_chains},
                           {"trace_points", limits.most_trace_points},
                           {"frame_rate", limits.most_frame_rate},
+                          {"keyframe_numbers", limits.most_keyframe_numbers},
                           {"samples_per_scenario", limits.most_samples_per_scenario},
                           {"low_water", limits.low_water},
                           {"refill", limits.refill},

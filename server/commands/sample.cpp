@@ -64,9 +64,10 @@ std::string wanted_text(const StopRule& stop) {
   return text;
 }
 
-void write_file(const std::filesystem::path& path, const std::string& text) {
+void write_file(const std::filesystem::path& path, const std::function<bool(const TextSink&)>& write) {
   std::ofstream file(path, std::ios::binary);
-  file << text << '\n';
+  write([&](std::string_view piece) { return static_cast<bool>(file << piece); });
+  file << '\n';
   file.close();
   if (!file) throw OutputError("cannot write " + path.string());
 }
@@ -167,7 +168,8 @@ class Showing {
       const Animation animation = decode_animation(each.animation);
       const KeyframeHead head = keyframe_head(
           animation, each.record.id, std::string(scenario_.world().name()), scenario_.world().version());
-      write_file(path_of(each.record), format_.write(animation, head, options_.rate));
+      write_file(path_of(each.record),
+                 [&](const TextSink& sink) { return format_.write(animation, head, options_.rate, sink); });
     }
   }
   void tell(const ChainProgress& progress) {

@@ -162,12 +162,14 @@ Exit serve(const ServeOptions& options) {
                  .most_samples_per_scenario = options.limits.most_samples_per_scenario});
   ChainStarter starter(store, runner);
   Pilot pilot(store, library, events);
+  DocumentDesk documents;
   Api api{.store = store,
           .scenarios = library,
           .events = events,
           .runner = runner,
           .starter = starter,
           .pilot = pilot,
+          .documents = documents,
           .limits = options.limits,
           .server = server};
   add_all_routes(server, api);

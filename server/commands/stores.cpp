@@ -125,7 +125,9 @@ Exit export_samples(const ExportOptions& options) {
     const std::filesystem::path path =
         std::filesystem::path(options.out) / (record.id + std::string(format.extension));
     std::ofstream file(path, std::ios::binary);
-    file << format.write(animation, head, options.rate) << '\n';
+    format.write(animation, head, options.rate,
+                 [&](std::string_view piece) { return static_cast<bool>(file << piece); });
+    file << '\n';
     file.close();
     if (!file) throw std::runtime_error("cannot write " + path.string());
     return ++written != options.limit;

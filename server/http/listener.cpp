@@ -227,29 +227,37 @@ class HttpListener::Library final : public httplib::Server {
     to.status = from.status;
     for (const auto& [name, value] : from.headers)
       to.set_header(name, value);
-    if (from.stream) {
+    current_exchange->was_large = from.pieces || from.body.size() >= kLargeAnswer;
+    if (from.stream || from.pieces) {
       put_stream(std::move(from), to);
       return;
     }
-    current_exchange->was_large = from.body.size() >= kLargeAnswer;
     if (!from.content_type.empty()) to.set_header("Content-Type", from.content_type);
     to.body = std::move(from.body);
   }
 
   void put_stream(HttpResponse from, httplib::Response& to) {
-    current_exchange->was_cut = current_exchange->head.method != "HEAD";
-    const auto provider = [this, stream = std::move(from.stream), &exchange = *current_exchange](
-                              size_t, httplib::DataSink& sink) {
+    // Nothing follows a stream; a body in pieces has an end that HTTP/1.1 can tell.
+    const bool is_http_1_0 = current_exchange->head.is_http_1_0;
+    current_exchange->was_cut = current_exchange->head.method != "HEAD" && (from.stream || is_http_1_0);
+    const auto provider = [this, stream = std::move(from.stream), pieces = std::move(from.pieces),
+                           &exchange = *current_exchange](size_t, httplib::DataSink& sink) {
       HttpConnection& connection = exchange.connection;
       if (!connection.flush()) return false;
-      stream([&](std::string_view piece) {
-        if (load_.is_stopping || connection.client_is_gone()) return false;
+      const StreamSink write = [&](std::string_view piece) {
+        if (stream && (load_.is_stopping || connection.client_is_gone())) return false;
         return piece.empty() || sink.write(piece.data(), piece.size());
-      });
+      };
+      if (stream) {
+        stream(write);
+      } else if (!pieces(write)) {
+        exchange.was_cut = true;
+        return false;
+      }
       sink.done();
       return true;
     };
-    if (current_exchange->head.is_http_1_0)
+    if (is_http_1_0)
       to.set_content_provider(from.content_type, provider);
     else
       to.set_chunked_content_provider(from.content_type, provider);

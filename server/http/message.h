@@ -32,6 +32,9 @@ struct HttpResponse {
   std::string etag;  ///< strong entity tag without quotes; a matching If-None-Match gives 304
   std::string cache_control = "no-store";  ///< with an etag and nothing else said: "no-cache"
   std::string content_encoding;            ///< of a body that is compressed already ("gzip"); sent as it is
+  /// Set for a body that is too large to be held, in place of `body`: called on the connection's thread to
+  /// write it piece by piece, the same each time. False if the sink wanted no more.
+  std::function<bool(const StreamSink&)> pieces;
   /// Set for a stream (server-sent events): called on the connection's thread until it returns.
   /// Such connections are counted against HttpSettings::most_streams.
   std::function<void(const StreamSink&)> stream;

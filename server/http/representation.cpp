@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <stdexcept>
+#include <utility>
 
 #include <zlib.h>
 
@@ -40,7 +41,48 @@ std::string http_date(std::time_t now) {
 bool is_negotiable(const HttpResponse& response) {
   if (response.stream) return false;
   if (!response.content_encoding.empty()) return response.content_encoding == "gzip";
-  return response.body.size() >= kSmallestCompressed && is_compressible(response.content_type);
+  return (response.pieces || response.body.size() >= kSmallestCompressed) &&
+         is_compressible(response.content_type);
+}
+
+/// A gzip stream that takes pieces and gives pieces.
+class GzipPieces {
+ public:
+  explicit GzipPieces(const StreamSink& sink) : sink_(sink) {
+    if (deflateInit2(&stream_, kGzipLevel, Z_DEFLATED, kGzipWindow, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+      throw std::bad_alloc();
+  }
+  ~GzipPieces() { deflateEnd(&stream_); }
+  GzipPieces(const GzipPieces&) = delete;
+  GzipPieces& operator=(const GzipPieces&) = delete;
+
+  bool add(std::string_view piece) { return deflated(piece, Z_NO_FLUSH); }
+  bool finish() { return deflated({}, Z_FINISH); }
+
+ private:
+  bool deflated(std::string_view piece, int flush) {
+    stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(piece.data()));
+    stream_.avail_in = static_cast<uInt>(piece.size());
+    do {
+      std::array<char, 16 * 1024> compressed;
+      stream_.next_out = reinterpret_cast<Bytef*>(compressed.data());
+      stream_.avail_out = static_cast<uInt>(compressed.size());
+      deflate(&stream_, flush);
+      const std::size_t size = compressed.size() - stream_.avail_out;
+      if (size > 0 && !sink_({compressed.data(), size})) return false;
+    } while (stream_.avail_out == 0);
+    return true;
+  }
+
+  const StreamSink& sink_;
+  z_stream stream_{};
+};
+
+std::function<bool(const StreamSink&)> gzip_pieces(std::function<bool(const StreamSink&)> plain) {
+  return [plain = std::move(plain)](const StreamSink& sink) {
+    GzipPieces compressor(sink);
+    return plain([&](std::string_view piece) { return compressor.add(piece); }) && compressor.finish();
+  };
 }
 
 }  // namespace
@@ -65,7 +107,10 @@ void represent(const Preferences& preferences, HttpResponse& response) {
   if (is_known) {
     response.status = 304;
     response.body.clear();
+    response.pieces = nullptr;
     response.content_encoding.clear();
+  } else if (response.pieces) {
+    if (be_gzip) response.pieces = gzip_pieces(std::move(response.pieces));
   } else if (is_choice && be_gzip != was_gzip) {
     response.body = be_gzip ? gzip(response.body) : gunzip(response.body);
   }

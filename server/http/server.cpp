@@ -122,6 +122,7 @@ class HttpServer::Implementation {
     HttpResponse response = routed(head, request);
     try {
       if (response.stream) limit_stream(request, response);
+      if (response.pieces) guard_pieces(request, response);
       finish(&head, response);
     } catch (const std::exception& error) {
       log_failure(request, "internal error", error.what());
@@ -183,6 +184,17 @@ class HttpServer::Implementation {
     return options;
   }
 
+  HttpProblem streams_problem(ClientPlaces::Refusal refusal) const {
+    const std::string title = "Too many streams are open";
+    if (refusal == ClientPlaces::Refusal::client_has_many)
+      return HttpProblem(429, "too-many-streams", title,
+                         "A client may have " + std::to_string(settings_.most_streams_of_client) +
+                             " streams; close one or try again later.",
+                         {}, {{"Retry-After", "5"}});
+    return HttpProblem(503, "too-many-streams", title, "Other clients hold all streams; try again later.", {},
+                       {{"Retry-After", "5"}});
+  }
+
   /// Counts a stream for as long as its response lives, or refuses it; HEAD asks for the head of one only.
   void limit_stream(const HttpRequest& request, HttpResponse& response) {
     if (request.method == "HEAD") {
@@ -191,13 +203,7 @@ class HttpServer::Implementation {
     }
     const ClientPlaces::Taken taken = streams_.take(client_at(request.remote_address));
     if (taken.refusal != ClientPlaces::Refusal::none) {
-      const bool is_greedy = taken.refusal == ClientPlaces::Refusal::client_has_many;
-      const std::string most = std::to_string(settings_.most_streams_of_client);
-      response = problem_response(
-          HttpProblem(is_greedy ? 429 : 503, "too-many-streams", "Too many streams are open",
-                      is_greedy ? "A client may have " + most + " streams; close one or try again later."
-                                : "Other clients hold all streams; try again later.",
-                      {}, {{"Retry-After", "5"}}));
+      response = problem_response(streams_problem(taken.refusal));
       return;
     }
     response.stream = [stream = std::move(response.stream), place = taken.place,
@@ -206,6 +212,18 @@ class HttpServer::Implementation {
         stream(sink);
       } catch (const std::exception& error) {
         log_failure(request, "a stream ended early", error.what());
+      }
+    };
+  }
+
+  /// What is thrown while a body is written cuts it short, and is told to nobody but the log.
+  static void guard_pieces(const HttpRequest& request, HttpResponse& response) {
+    response.pieces = [pieces = std::move(response.pieces), request](const StreamSink& sink) {
+      try {
+        return pieces(sink);
+      } catch (const std::exception& error) {
+        log_failure(request, "a body was cut short", error.what());
+        return false;
       }
     };
   }

@@ -114,10 +114,14 @@ class RawClient {
     const auto size = static_cast<std::size_t>(std::strtoull(received_.c_str(), nullptr, 16));
     while (received_.size() < line + 2 + size + 2)
       if (!receive(seconds)) return {};
+    ended_with_last_chunk_ = size == 0;
     std::string chunk = received_.substr(line + 2, size);
     received_.erase(0, line + 2 + size + 2);
     return chunk;
   }
+
+  /// The last read_chunk() met the end of the body.
+  bool ended_with_last_chunk() const { return ended_with_last_chunk_; }
 
   /// True if the server closes within `seconds`; what it still sends is dropped.
   bool is_closed_within(double seconds) {
@@ -170,6 +174,7 @@ class RawClient {
 
   int socket_;
   std::string received_;
+  bool ended_with_last_chunk_ = false;
 };
 
 /// The text of a GET request of a well-behaved client.

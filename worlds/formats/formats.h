@@ -15,8 +15,9 @@ struct Format {
   std::string_view name;        ///< in addresses and options, such as "keyframes"
   std::string_view media_type;  ///< such as "application/json"
   std::string_view extension;   ///< of files, with its dot
-  /// The whole file. `rate` [frames/s] 0 keeps the animation's own rate.
-  std::string (*write)(const Animation& animation, const KeyframeHead& head, double rate);
+  /// The whole file, piece by piece. `rate` [frames/s] 0 keeps the animation's own rate. False if the sink
+  /// wanted no more.
+  bool (*write)(const Animation& animation, const KeyframeHead& head, double rate, const TextSink& sink);
 };
 
 /// Every format; the first one is what commands write unless asked for another.

@@ -2,8 +2,11 @@
 // doc/design.md, section 4. It must not know HTTP, files or the store.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -22,7 +25,16 @@ struct KeyframeHead {
 /// With the viewpoint of the world, if this build knows it.
 KeyframeHead keyframe_head(const Animation& animation, std::string sample, std::string world,
                            int world_version);
-/// The document. `rate` [frames/s] 0 keeps the animation's own rate; another one resamples it.
+/// Takes a piece of a text; false: no more of it is wanted.
+using TextSink = std::function<bool(std::string_view)>;
+
+/// Writes the document in pieces of some 64 KiB, in bounded memory whatever its size. `rate` [frames/s] 0
+/// keeps the animation's own rate; another one resamples it. False if the sink wanted no more.
+bool write_keyframes(const Animation& animation, const KeyframeHead& head, double rate, const TextSink& sink);
+/// The whole document.
 nlohmann::json keyframes_json(const Animation& animation, const KeyframeHead& head, double rate = 0);
+
+/// Numbers of all frames of the document: what its size goes by. Nothing is made for it.
+std::size_t keyframe_numbers(const Animation& animation, double rate);
 
 }  // namespace retake

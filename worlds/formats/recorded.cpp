@@ -28,6 +28,7 @@ constexpr double kHeightQuantum = 0x1p-16;         // [m]: of height fields, 0.0
 constexpr double kAttributeQuantum = 0.01;         // as the keyframe document gives them
 constexpr double kLargestScaled = 0x1p60;          // so that second differences stay within 64 bits
 constexpr Eigen::Index kMostPlain = 16;            // numbers of a State that are not compressed, chosen
+constexpr std::size_t kRecordHead = 1 + sizeof(std::uint64_t);  // [bytes] version and checksum
 constexpr std::size_t kLargestRecord = std::size_t{1}
                                        << 28;  // bytes when unpacked; chosen far above any animation
 
@@ -399,6 +400,12 @@ std::string encode_animation(const Animation& animation) {
   out.put(static_cast<std::uint64_t>(XXH3_64bits(frame.data(), frame.size())));
   out.put_raw(frame);
   return out.take();
+}
+
+std::size_t decoded_bytes(std::string_view bytes) {
+  const std::string_view frame = bytes.substr(std::min(kRecordHead, bytes.size()));
+  const unsigned long long size = ZSTD_getFrameContentSize(frame.data(), frame.size());
+  return size > kLargestRecord ? 0 : size * (1 + sizeof(double));
 }
 
 Animation decode_animation(std::string_view bytes) {

@@ -20,6 +20,10 @@ class DamagedAnimation : public std::runtime_error {
 /// The file format is described in worlds/README.md. Requires: every pose is finite.
 std::string encode_animation(const Animation& animation);
 
+/// [bytes] An upper bound of the memory that decoding them takes, told by their head alone; 0 if it is
+/// damaged.
+std::size_t decoded_bytes(std::string_view bytes);
+
 /// Throws: DamagedAnimation if the bytes are damaged or of an unknown version.
 Animation decode_animation(std::string_view bytes);
 

@@ -129,7 +129,8 @@ TEST(ApiDocument, Names_every_route_of_the_program) {
   Pilot pilot(*store, library, events);
   HttpServer server({});
   ChainStarter starter(*store, runner);
-  Api api{*store, library, events, runner, starter, pilot, {}, server};
+  DocumentDesk documents;
+  Api api{*store, library, events, runner, starter, pilot, documents, {}, server};
   add_all_routes(server, api);
   std::set<std::pair<std::string, std::string>> documented, known;
   for (const ApiRoute& route : api_document().routes)

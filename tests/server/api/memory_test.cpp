@@ -29,8 +29,9 @@ constexpr bool kMemoryIsItsOwn = false;  // a sanitizer's counts among it
 #else
 constexpr bool kMemoryIsItsOwn = true;
 #endif
-constexpr double kMostAboveIdle = 64;  // [MB]
-constexpr double kMostKept = 10;       // [MB]
+constexpr double kMostAboveIdle = 64;      // [MB]
+constexpr double kMostKept = 10;           // [MB]
+constexpr double kMostOfAnimations = 120;  // [MB] a single one of the largest box has 90
 constexpr std::size_t kBodyBytes = 1'048'000;
 
 /// [MB] of a process.
@@ -46,11 +47,11 @@ double resident(pid_t process) {
 }
 
 /// Looks at a process's memory for as long as it lives.
-class Watch {
+class MemoryWatch {
  public:
-  explicit Watch(pid_t process)
+  explicit MemoryWatch(pid_t process)
       : process_(process), before_(resident(process)), thread_([this] { look(); }) {}
-  ~Watch() { stop(); }
+  ~MemoryWatch() { stop(); }
   double most_above() const { return most_ - before_; }
   double above_now() const { return resident(process_) - before_; }
   void stop() {
@@ -125,7 +126,7 @@ TEST(DaemonMemory, Bursts_of_large_documents_are_refused_in_bounded_memory_that_
   Daemon daemon(folder.path());
   const std::string scenario = daemon.add_scenario(test::prior_document());
   daemon.get("/v1/worlds");
-  Watch watch(daemon.process().pid());
+  MemoryWatch watch(daemon.process().pid());
   for (const auto& [what, body] : costly_bodies())
     for (const std::string& path : {std::string("/v1/scenarios"), "/v1/scenarios/" + scenario + "/chains",
                                     "/v1/scenarios/" + scenario + "/plays"}) {
@@ -135,6 +136,53 @@ TEST(DaemonMemory, Bursts_of_large_documents_are_refused_in_bounded_memory_that_
     }
   if (!kMemoryIsItsOwn) return;
   EXPECT_LT(watch.most_above(), kMostAboveIdle);
+  EXPECT_TRUE(wait_until([&] { return watch.above_now() < kMostKept; }, 20))
+      << watch.above_now() << " MB stay";
+  std::printf("             %.1f MB above idle at most, %.1f afterwards\n", watch.most_above(),
+              watch.above_now());
+}
+
+TEST(DaemonMemory, Large_animations_are_sent_in_turn_and_their_memory_comes_back) {
+  const TemporaryFolder folder;
+  std::string path;
+  {
+    const Daemon daemon(folder.path());
+    const std::string scenario =
+        daemon.add_stocked_scenario({{"world", "spelling"},
+                                     {"model", {{"columns", 40}, {"rows", 12}, {"balls", 480}}},
+                                     {"constraints", json::array()}},
+                                    1);
+    path = "/v1/samples/" + daemon.samples(scenario).at(0)["id"].get<std::string>() + "/keyframes";
+  }
+  Daemon daemon(folder.path());
+  const std::string whole = daemon.get(path).body;
+  EXPECT_TRUE(json::accept(whole));
+  EXPECT_GT(whole.size(), 20u << 20);
+  MemoryWatch watch(daemon.process().pid());
+  std::atomic<int> sent = 0;
+  std::vector<std::thread> clients;
+  for (int client = 0; client < 24; ++client)
+    clients.emplace_back([&] {
+      const Answer answer = daemon.get(path);
+      EXPECT_TRUE(answer.status == 200 || answer.status == 503) << answer.status;
+      if (answer.status != 200) return;
+      ++sent;
+      EXPECT_TRUE(answer.body == whole) << "what is sent is whole";
+    });
+  EXPECT_EQ(daemon.get("/healthz").status, 200);
+  for (std::thread& client : clients)
+    client.join();
+  EXPECT_GE(sent, 1);
+  const Answer too_large = daemon.get(path + "?rate=240");
+  EXPECT_EQ(too_large.status, 422);
+  EXPECT_EQ(too_large.json()["type"], "/problems/document-too-large");
+  const std::string detail = too_large.json()["detail"];
+  const int rate = std::stoi(detail.substr(detail.rfind(' ')));
+  EXPECT_GT(rate, 60);
+  EXPECT_EQ(daemon.ask("HEAD", path + "?rate=" + std::to_string(rate)).status, 200) << detail;
+  EXPECT_EQ(daemon.ask("HEAD", path + "?rate=" + std::to_string(rate + 1)).status, 422) << detail;
+  if (!kMemoryIsItsOwn) return;
+  EXPECT_LT(watch.most_above(), kMostOfAnimations);
   EXPECT_TRUE(wait_until([&] { return watch.above_now() < kMostKept; }, 20))
       << watch.above_now() << " MB stay";
   std::printf("             %.1f MB above idle at most, %.1f afterwards\n", watch.most_above(),

@@ -1,7 +1,9 @@
 // The keyframe document: resampling keeps the motion, the end and the contract's counts.
 #include "worlds/formats/keyframes.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -54,6 +56,69 @@ TEST(Keyframes, AtHalfTheRateAreEverySecondFrame) {
                   animation.tracks[0].positions(static_cast<Eigen::Index>(axis),
                                                 static_cast<Eigen::Index>(2 * frame)),
                   1e-5);
+}
+
+/// A long flight of a few spinning bodies, which nobody simulated.
+Animation long_animation(std::size_t frames, std::size_t tracks) {
+  Animation animation;
+  animation.rate = 60;
+  animation.frames = frames;
+  const auto count = static_cast<Eigen::Index>(frames);
+  for (std::size_t t = 0; t < tracks; ++t) {
+    const std::string name = "body" + std::to_string(t);
+    animation.bodies.push_back({.name = name, .shape = Sphere{1}, .colour = "#000000", .track = t});
+    Track& track = animation.tracks.emplace_back();
+    track.name = name;
+    track.positions.resize(3, count);
+    track.rotations.resize(4, count);
+    for (Eigen::Index frame = 0; frame < count; ++frame) {
+      const double angle = 0.2 * static_cast<double>(frame) + static_cast<double>(t);
+      track.positions.col(frame) = Eigen::Vector3d(std::cos(angle), angle, std::sin(angle));
+      track.rotations.col(frame) = Eigen::Vector4d(0, std::sin(angle / 2), 0, std::cos(angle / 2));
+    }
+  }
+  return animation;
+}
+
+TEST(Keyframes, AreWrittenInPiecesThatDoNotGrowWithTheDocument) {
+  for (const double rate : {0.0, 7.0, 240.0}) {
+    const Animation animation = long_animation(5000, 3);
+    std::string text;
+    std::size_t largest = 0, pieces = 0;
+    EXPECT_TRUE(write_keyframes(animation, kHead, rate, [&](std::string_view piece) {
+      text += piece;
+      largest = std::max(largest, piece.size());
+      ++pieces;
+      return true;
+    }));
+    EXPECT_LT(largest, 200'000u) << rate;
+    EXPECT_GE(pieces, text.size() / 200'000) << rate;
+    const json document = json::parse(text);
+    EXPECT_EQ(text, document.dump()) << "keys in order, numbers as everywhere";
+    std::size_t numbers = 0;
+    for (const json& track : document["tracks"])
+      numbers += track["position"].size() + track["rotation"].size();
+    EXPECT_EQ(keyframe_numbers(animation, rate), numbers) << rate;
+    EXPECT_EQ(document["tracks"].size(), 3u);
+  }
+  int pieces = 0;
+  EXPECT_FALSE(
+      write_keyframes(long_animation(50'000, 3), kHead, 0, [&](std::string_view) { return ++pieces < 3; }));
+  EXPECT_EQ(pieces, 3) << "it goes on though nobody wants more";
+}
+
+TEST(Keyframes, SuccessiveRotationsLieInOneHemisphereAtAnyRate) {
+  const Animation animation = long_animation(600, 1);
+  for (const double rate : {0.0, 1.0, 5.0, 12.0, 24.0, 59.0, 240.0}) {
+    const json track = keyframes_json(animation, kHead, rate)["tracks"][0];
+    const auto numbers = track["rotation"].get<std::vector<double>>();
+    for (std::size_t i = 4; i < numbers.size(); i += 4) {
+      double dot = 0;
+      for (std::size_t k = 0; k < 4; ++k)
+        dot += numbers[i + k] * numbers[i + k - 4];
+      ASSERT_GE(dot, -1e-5) << rate << " at " << i / 4;
+    }
+  }
 }
 
 TEST(Keyframes, EndInTheRestAtAnyRate) {
