@@ -1,7 +1,14 @@
 // See document_desk.h.
 #include "server/api/document_desk.h"
 
+#include <malloc.h>
+
 namespace retake {
+namespace {
+
+constexpr std::size_t kLargeDocument = 4 << 20;  ///< [bytes] chosen
+
+}  // namespace
 
 std::shared_ptr<void> DocumentDesk::take(std::size_t bytes) {
   std::unique_lock lock(mutex_);
@@ -19,6 +26,7 @@ std::shared_ptr<void> DocumentDesk::take(std::size_t bytes) {
               const std::lock_guard give_back(desk->mutex_);
               desk->taken_ -= bytes;
             }
+            if (bytes >= kLargeDocument) malloc_trim(0);  // the allocator would keep it for good
             desk->given_back_.notify_all();
           }};
 }

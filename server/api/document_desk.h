@@ -27,8 +27,9 @@ class DocumentDesk {
   DocumentDesk() : DocumentDesk(Limits{}) {}
   explicit DocumentDesk(const Limits& limits) : limits_(limits) {}
 
-  /// Counts so many bytes for as long as the result lives, once there is room for them; null if there was
-  /// none in time, or too many wait already.
+  /// Waits for room for so many bytes and counts them for as long as the result lives; null if there was none
+  /// in time, or too many wait already. It must outlive what the bytes are for: memory goes back to the
+  /// system behind a large document.
   std::shared_ptr<void> take(std::size_t bytes);
 
   /// `sink`, which ends early where a slow reader keeps others waiting.

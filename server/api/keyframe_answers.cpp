@@ -48,7 +48,8 @@ AnimationWriter animation_writer(Api& api, const SampleRecord& sample, const For
   const auto animation = std::make_shared<const Animation>(decode_stored(sample.id, bytes, decode_animation));
   check_size(*animation, rate, api.limits.most_keyframe_numbers);
   KeyframeHead head = keyframe_head(*animation, sample.id, scenario->world, scenario->world_version);
-  return [&api, &format, animation, head = std::move(head), rate, place](const StreamSink& sink) {
+  // The place is given back last.
+  return [&api, &format, place, animation, head = std::move(head), rate](const StreamSink& sink) {
     return format.write(*animation, head, rate, api.documents.hurried(sink));
   };
 }

@@ -23,7 +23,7 @@ namespace retake {
 namespace {
 
 constexpr int kBacklog = 128;                          ///< chosen: the library's own is 5
-constexpr std::size_t kMostBufferedBodies = 16 << 20;  ///< [bytes] chosen: bodies of all requests under way
+constexpr std::size_t kMostBufferedBodies = 12 << 20;  ///< [bytes] chosen: bodies of all requests under way
 constexpr std::size_t kLarge = 256 << 10;              ///< [bytes] chosen: of a body, of which much is made
 constexpr std::size_t kLargeAnswer = 1 << 20;          ///< [bytes] chosen
 constexpr std::chrono::milliseconds kFairTurn{
@@ -227,7 +227,7 @@ class HttpListener::Library final : public httplib::Server {
     to.status = from.status;
     for (const auto& [name, value] : from.headers)
       to.set_header(name, value);
-    current_exchange->was_large = from.pieces || from.body.size() >= kLargeAnswer;
+    current_exchange->was_large = from.body.size() >= kLargeAnswer;
     if (from.stream || from.pieces) {
       put_stream(std::move(from), to);
       return;

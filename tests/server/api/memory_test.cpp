@@ -32,7 +32,7 @@ constexpr bool kMemoryIsItsOwn = true;
 constexpr double kMostAboveIdle = 64;      // [MB]
 constexpr double kMostKept = 10;           // [MB]
 constexpr double kMostOfAnimations = 120;  // [MB] a single one of the largest box has 90
-constexpr std::size_t kBodyBytes = 1'048'000;
+constexpr std::size_t kBodyBytes = 1'040'000;
 
 /// [MB] of a process.
 double resident(pid_t process) {
