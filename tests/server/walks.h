@@ -64,7 +64,7 @@ inline std::vector<WalkCase> walks() {
       {"dice_placed", dice_document({{"dice", 1}}, 0.02),
        json::parse(R"({"seed":19,"method":"conditional","stop":{"iterations":6000}})"), 15},
       {"dice_guided", dice_document({{"dice", 2}}, 0.02),
-       json::parse(R"({"seed":20,"method":"conditional","stop":{"iterations":2500}})"), 8}};
+       json::parse(R"({"seed":20,"method":"conditional","stop":{"iterations":9000}})"), 8}};
 }
 
 }  // namespace retake::test

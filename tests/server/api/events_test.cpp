@@ -86,7 +86,7 @@ TEST_F(ApiEvents, The_ninth_stream_is_refused_and_a_closed_one_makes_room) {
     ASSERT_EQ(streams.back()->head().status, 200);
   }
   const Answer ninth = daemon.get("/v1/events");
-  EXPECT_EQ(ninth.status, 503);
+  EXPECT_EQ(ninth.status, 429);
   EXPECT_EQ(ninth.header("content-type"), "application/problem+json");
   EXPECT_EQ(differences(ninth.json(), "Problem"), "");
   EXPECT_GE(std::stoi(ninth.header("retry-after")), 1);

@@ -89,6 +89,13 @@ std::vector<json> random_wishes(const Stage& stage, const Animation& animation, 
     if (random.bernoulli(0.5)) return {{"kind", "contact"}, {"body", body()}};
     return told_event(stage, body());
   };
+  const auto different_events = [&] {
+    json events = json::array();  // one that came twice would be before itself
+    for (int draw = 0; draw < 3 || events.size() < 2; ++draw)
+      if (json one = event(); std::find(events.begin(), events.end(), one) == events.end())
+        events.push_back(std::move(one));
+    return events;
+  };
   const Vector3d a = place(), b = place();
   return {rest_wish(stage, body(), place()),
           {{"kind", "state_at"},
@@ -100,7 +107,7 @@ std::vector<json> random_wishes(const Stage& stage, const Animation& animation, 
           {{"kind", "contact_at"}, {"body", body()}, {"times", {time(), time()}}, {"sd", 0.2}},
           {{"kind", "contact_at"}, {"bpm", 60 + 200 * random.uniform()}, {"contacts", 4}},
           {{"kind", "contact_at"}, {"bpm", 60}, {"from", "start"}, {"offset", time()}, {"body", body()}},
-          {{"kind", "order"}, {"events", json::array({event(), event(), event()})}},
+          {{"kind", "order"}, {"events", different_events()}},
           {{"kind", "inside"},
            {"body", body()},
            {"box", {{"low", list_of(a.cwiseMin(b))}, {"high", list_of(a.cwiseMax(b))}}},
