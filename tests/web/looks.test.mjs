@@ -101,10 +101,10 @@ test("without a stream to spare the page asks for news instead", async () => {
   for (let refused = false; !refused && streams.length < 64; ) {
     const ending = new AbortController();
     const response = await fetch(new URL("/v1/events", crowded.address), { signal: ending.signal });
-    refused = response.status === 503;
+    refused = response.status === 429;
     streams.push({ ending, response }); // a response that nobody holds is collected, and its stream ends
   }
-  const { page, faults, close } = await newPage(browser, {}, /\b503\b/);
+  const { page, faults, close } = await newPage(browser, {}, /\b429\b/);
   await page.goto(crowded.gallery);
   await page.waitForFunction(() => document.getElementById("connection").dataset.state === "asking");
   assert.ok(await page.locator("#banner").isHidden());
