@@ -19,6 +19,13 @@ class StoreUnavailable : public StoreError {
   using StoreError::StoreError;
 };
 
+/// What was asked for is damaged in the store, for good: what() names the thing and the column. Nothing of it
+/// may be taken for true.
+class Damaged : public StoreError {
+ public:
+  using StoreError::StoreError;
+};
+
 /// A page cursor that this store did not hand out, or handed out for another listing.
 class BadCursor : public std::invalid_argument {
  public:

@@ -38,6 +38,12 @@ struct ScenarioRecord {
   std::optional<PilotTally> pilot;  ///< none until set_pilot
 };
 
+/// For which world a scenario was made.
+struct WorldVersion {
+  std::string name;
+  int version = 1;
+};
+
 struct AddedScenario {
   ScenarioRecord scenario;
   bool created;  ///< false: the same document was there already
@@ -189,6 +195,7 @@ struct StoreTotals {
   std::uint64_t queued_commits = 0;  ///< writes that wait for their commit
   std::uint64_t failed_commits = 0;  ///< writes that failed since the store was opened
   std::uint64_t file_bytes = 0;      ///< database and write-ahead log
+  std::uint64_t damaged_rows = 0;    ///< met since the store was opened
 };
 
 }  // namespace retake

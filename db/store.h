@@ -21,7 +21,8 @@ namespace retake {
 /// Thread safety: every method may be called from any thread. Writes are queued to one writer thread
 /// and committed in groups; a call that returns (or a future that is ready) says that its write is committed.
 /// Throws: StoreUnavailable when the disk fails (full, read-only, file gone); the next call tries again.
-/// Other StoreErrors last.
+/// Other StoreErrors last. Every row that is read is checked: Damaged where one that is asked
+/// for is not what was written; lists leave it out.
 class Store {
  public:
   Store() = default;
@@ -38,6 +39,8 @@ class Store {
   /// its space is freed little by little afterwards. False: it was not there.
   virtual bool delete_scenario(std::string_view id) = 0;
   virtual std::optional<ScenarioRecord> scenario(std::string_view id) const = 0;
+  /// For which world a scenario was made, whatever else of it is damaged. Empty: no such scenario.
+  virtual std::optional<WorldVersion> world_of(std::string_view scenario) const = 0;
   /// Newest first. Throws: BadCursor.
   virtual Page<ScenarioRecord> scenarios(std::size_t limit, std::string_view cursor) const = 0;
   /// Those for which set_pilot was never called, oldest first.
@@ -94,7 +97,7 @@ class Store {
                                     std::string_view ratios,
                                     const std::vector<std::uint64_t>& taken) const = 0;
 
-  /// A chain's trace: the blobs of its trace blocks in order.
+  /// A chain's trace: the blobs of its trace blocks in order, damaged ones left out.
   virtual std::vector<std::string> trace(std::string_view chain) const = 0;
 
   // --- Samples ---------------------------------------------------------------------------------
@@ -123,7 +126,8 @@ class Store {
   /// The same non-empty idempotency key for the same scenario gives the same play again.
   /// Survives a killed process when it returns, a power cut within a second.
   /// Empty: the scenario has nothing to hand out (or does not exist), or it would be a refused repeat.
-  /// Throws: IdempotencyConflict if the key was used with another player.
+  /// Damaged samples are passed over, for good. Throws: IdempotencyConflict if the key was used with another
+  /// player; Damaged if the play that it gave, or the sample of that play, is.
   virtual std::optional<PlayRecord> play(std::string_view scenario, std::string_view player,
                                          std::string_view idempotency_key,
                                          Repeats repeats = Repeats::allowed) = 0;
@@ -134,13 +138,16 @@ class Store {
   /// the file. The store looks and tries by itself, so this is known, and over, within a second without a
   /// write. One that was refused (no such scenario, a conflicting key) has not failed.
   virtual std::string last_error() const = 0;
+  /// What was found to be damaged since the store was opened, "sample c-4 is damaged: …", first met first; no
+  /// more than the first hundred.
+  virtual std::vector<std::string> damages() const = 0;
   /// Totals for the metrics page.
   virtual StoreTotals totals() const = 0;
   /// Writes a consistent copy to a new file, while the store is in use. Throws: StoreError if the file
   /// exists.
   virtual void backup(const std::string& path) const = 0;
-  /// What is wrong with the file: integrity, foreign keys, counts and missing blobs, one line a fault; empty
-  /// when sound. Reads the whole file.
+  /// What is wrong with the file: integrity, damaged rows, foreign keys, counts and missing blobs, one line a
+  /// fault; empty when sound. Reads the whole file.
   virtual std::vector<std::string> check() const = 0;
 };
 

@@ -16,6 +16,8 @@ struct StoreOptions {
   /// Told why writing does not work, and an empty text when it works again; called on a thread of the
   /// store's.
   std::function<void(const std::string& error)> tell{};
+  /// Told of each damaged row once, "sample c-4 is damaged: …", when it is met; from any thread.
+  std::function<void(const std::string&)> on_damage{};
 };
 
 }  // namespace retake

@@ -5,51 +5,62 @@
 #include <string>
 #include <string_view>
 
+#include "db/errors.h"
 #include "db/sqlite/cursor.h"
 #include "db/sqlite/lesson_rows.h"
 #include "db/sqlite/sample_rows.h"
 #include "db/sqlite/scenario_rows.h"
+#include "db/sqlite/seals.h"
 #include "sampler/target.h"
 
 namespace retake::database {
 namespace {
 
-/// "name<after>, name<after>, ..." of the counters that are one number each.
-std::string counter_columns(std::string_view after = "") {
-  std::string columns;
-  visit_counters(ChainCounts{}, [&](std::string_view name, auto) {
-    columns.append(columns.empty() ? "" : ", ").append(name).append(after);
-  });
-  return columns;
+/// The columns of a chain from one to another.
+std::vector<std::string_view> columns_between(std::string_view first, std::string_view last) {
+  const auto& all = chain_seal().columns;
+  const auto from = all.begin() + static_cast<std::ptrdiff_t>(part_of(chain_seal(), first));
+  return {from, all.begin() + static_cast<std::ptrdiff_t>(part_of(chain_seal(), last)) + 1};
 }
 
-/// "stop_<name><after>, ..." of the limits of a stop rule.
-std::string stop_columns(std::string_view after = "") {
-  std::string columns;
-  StopRule none;
-  visit_limits(
-      [&](std::string_view name, const auto&) {
-        columns.append(columns.empty() ? "stop_" : ", stop_").append(name).append(after);
-      },
-      none);
-  return columns;
+/// "a, b, ..."
+std::string listed(const std::vector<std::string_view>& columns) {
+  std::string list;
+  for (const std::string_view column : columns)
+    list.append(list.empty() ? "" : ", ").append("chain.").append(column);
+  return list;
+}
+
+std::string part(std::string_view column) {
+  return std::to_string(part_of(chain_seal(), column));
 }
 
 /// A statement whose rows read_chain reads.
 std::string select_chains(std::string_view from) {
-  return "SELECT chain.row, chain.id, scenario.id, position, seed, method, ratios, settings, lesson, state,"
-         " " +
-         stop_columns() + ", " + counter_columns() +
-         ", counted, run_seconds, iterations_per_second, first_sample_iteration, first_sample_seconds,"
-         " effective_samples, is_learning, ended_by, error, attempts, chain.created_at, " ODDS_COLUMNS " " +
-         std::string(from);
+  return "SELECT chain.row, " + unsound_in(chain_seal()) + ", chain.id, scenario.id, " +
+         listed(columns_between("position", "attempts")) + " " + std::string(from);
 }
 
-/// Sets `row` to the chain's.
+/// Calls `read` for the rows of a query that are sound.
+template <typename Read>
+void each_sound(Connection& connection, Query& query, const SealedTable& table, const std::string& thing,
+                Read read) {
+  while (query.next()) {
+    if (const auto column = read_unsound(table, query)) {
+      connection.tell_damage(damage_of(thing, *column));
+    } else {
+      read();
+    }
+  }
+}
+
+/// Sets `row` to the chain's, damaged or not. Throws: Damaged.
 ChainRecord read_chain(Connection& connection, Query& query, std::int64_t& row) {
   ChainRecord record;
   row = query.integer();
+  const auto damaged = read_unsound(chain_seal(), query);
   record.id = query.text();
+  if (damaged) throw Damaged(damage_of("chain " + record.id, *damaged));
   record.scenario = query.text();
   record.index = static_cast<std::uint32_t>(query.count());
   record.seed = query.count();
@@ -57,7 +68,10 @@ ChainRecord read_chain(Connection& connection, Query& query, std::int64_t& row) 
   record.ratios = query.text();
   record.settings = query.text();
   record.lesson = query.count();
+  record.created_at = query.integer();
   record.state = chain_state(query.text());
+  record.ended_by = query.text();
+  record.error = query.text();
   visit_limits(
       [&]<typename Limit>(std::string_view, std::optional<Limit>& limit) { limit = query.optional<Limit>(); },
       record.stop);
@@ -70,20 +84,23 @@ ChainRecord read_chain(Connection& connection, Query& query, std::int64_t& row) 
   counters.first_sample_seconds = query.optional<double>();
   counters.effective_samples = query.optional<double>();
   counters.is_learning = query.integer() != 0;
-  record.ended_by = query.text();
-  record.error = query.text();
-  record.attempts = query.count();
-  record.created_at = query.integer();
   counters.odds = read_odds(query);
+  record.attempts = query.count();
 
-  Query kernels(connection,
-                "SELECT name, proposed, accepted FROM chain_kernel WHERE chain = ? ORDER BY position", row);
-  while (kernels.next())
+  static const std::string kernel_sql = "SELECT " + unsound_in(kernel_seal()) +
+                                        ", name, proposed, accepted FROM chain_kernel WHERE chain = ?"
+                                        " ORDER BY position";
+  Query kernels(connection, kernel_sql, row);
+  each_sound(connection, kernels, kernel_seal(), "a kernel of chain " + record.id, [&] {
     counters.kernels.push_back({kernels.text(), kernels.count(), kernels.count()});
-  Query rungs(connection, "SELECT beta, proposed, accepted FROM chain_rung WHERE chain = ? ORDER BY position",
-              row);
-  while (rungs.next())
+  });
+  static const std::string rung_sql = "SELECT " + unsound_in(rung_seal()) +
+                                      ", beta, proposed, accepted FROM chain_rung WHERE chain = ?"
+                                      " ORDER BY position";
+  Query rungs(connection, rung_sql, row);
+  each_sound(connection, rungs, rung_seal(), "a rung of chain " + record.id, [&] {
     counters.rungs.push_back({rungs.real(), rungs.count(), rungs.count()});
+  });
   return record;
 }
 
@@ -94,17 +111,21 @@ ChainRecord read_chain(Connection& connection, Query& query) {
 
 std::vector<ChainRecord> read_chains(Connection& connection, Query& query) {
   std::vector<ChainRecord> records;
-  while (query.next())
-    records.push_back(read_chain(connection, query));
+  while (query.next()) {
+    try {
+      records.push_back(read_chain(connection, query));
+    } catch (const Damaged& damage) {
+      connection.tell_damage(damage.what());
+    }
+  }
   return records;
 }
 
 void write_kernels(Connection& connection, std::int64_t chain, const std::vector<KernelCounter>& kernels) {
   std::int64_t position = 0;
   for (const auto& kernel : kernels) {
-    run(connection,
-        "REPLACE INTO chain_kernel (chain, position, name, proposed, accepted) VALUES (?, ?, ?, ?, ?)", chain,
-        position, kernel.name, kernel.proposed, kernel.accepted);
+    static const std::string sql = "REPLACE " + insert_sealed(kernel_seal());
+    run(connection, sql, chain, position, kernel.name, kernel.proposed, kernel.accepted);
     ++position;
   }
   run(connection, "DELETE FROM chain_kernel WHERE chain = ? AND position >= ?", chain, position);
@@ -113,35 +134,47 @@ void write_kernels(Connection& connection, std::int64_t chain, const std::vector
 void write_rungs(Connection& connection, std::int64_t chain, const std::vector<RungCounter>& rungs) {
   std::int64_t position = 0;
   for (const auto& rung : rungs) {
-    run(connection,
-        "REPLACE INTO chain_rung (chain, position, beta, proposed, accepted) VALUES (?, ?, ?, ?, ?)", chain,
-        position, rung.beta, rung.proposed, rung.accepted);
+    static const std::string sql = "REPLACE " + insert_sealed(rung_seal());
+    run(connection, sql, chain, position, rung.beta, rung.proposed, rung.accepted);
     ++position;
   }
   run(connection, "DELETE FROM chain_rung WHERE chain = ? AND position >= ?", chain, position);
 }
 
-void write_stop(Connection& connection, std::int64_t chain, const StopRule& stop) {
-  static const std::string sql = "UPDATE chain SET " + stop_columns(" = ?") + " WHERE row = ?";
-  Query query(connection, sql);
+/// " WHERE row = ?n" after so many values.
+std::string at_row_after(const std::vector<std::string_view>& columns) {
+  return " WHERE row = ?" + std::to_string(columns.size() + 1);
+}
+
+void bind_stop(Query& query, const StopRule& stop) {
   visit_limits([&](std::string_view, const auto& limit) { query.bind(limit); }, stop);
+}
+
+void bind_counters(Query& query, const ChainCounters& counters) {
+  visit_counters(counters, [&](const char*, auto value) { query.bind(value); });
+  query.bind_all(counters.counted, counters.run_seconds, counters.iterations_per_second,
+                 counters.first_sample_iteration, counters.first_sample_seconds, counters.effective_samples,
+                 counters.is_learning ? 1 : 0, to_string(counters.odds.basis), counters.odds.draws,
+                 counters.odds.hits, counters.odds.sum, counters.odds.squares, counters.odds.largest);
+}
+
+void write_stop(Connection& connection, std::int64_t chain, const StopRule& stop) {
+  static const auto columns = columns_between("stop_samples", "stop_ess");
+  static const std::string sql =
+      "UPDATE chain SET " + set_sealed(chain_seal(), columns) + at_row_after(columns);
+  Query query(connection, sql);
+  bind_stop(query, stop);
   query.bind(chain);
   query.next();
 }
 
 void write_counters(Connection& connection, std::int64_t chain, const ChainCounters& counters) {
+  static const auto columns = columns_between("iteration", "odds_largest");
   static const std::string sql =
-      "UPDATE chain SET " + counter_columns(" = ?") +
-      ", counted = ?, run_seconds = ?, iterations_per_second = ?, first_sample_iteration = ?, "
-      "first_sample_seconds = ?,"
-      " effective_samples = ?, is_learning = ?, odds_basis = ?, odds_draws = ?, odds_hits = ?, odds_sum = ?,"
-      " odds_squares = ?, odds_largest = ? WHERE row = ?";
+      "UPDATE chain SET " + set_sealed(chain_seal(), columns) + at_row_after(columns);
   Query query(connection, sql);
-  visit_counters(counters, [&](const char*, auto value) { query.bind(value); });
-  query.bind_all(counters.counted, counters.run_seconds, counters.iterations_per_second,
-                 counters.first_sample_iteration, counters.first_sample_seconds, counters.effective_samples,
-                 counters.is_learning ? 1 : 0, to_string(counters.odds.basis), counters.odds.draws,
-                 counters.odds.hits, counters.odds.sum, counters.odds.squares, counters.odds.largest, chain);
+  bind_counters(query, counters);
+  query.bind(chain);
   query.next();
   write_kernels(connection, chain, counters.kernels);
   write_rungs(connection, chain, counters.rungs);
@@ -164,8 +197,8 @@ std::optional<ChainRecord> load_same_chain(Connection& connection, const ChainRe
       " WHERE scenario.id = ?1 AND seed = ?2 AND position = ?3 AND method = ?4 AND ratios = ?5"
       " AND coalesce(?6, lesson) = lesson ORDER BY chain.row LIMIT 1");
   Query query(connection, sql, like.scenario, like.seed, like.index, like.method, like.ratios, lesson);
-  if (!query.next()) return std::nullopt;
-  return read_chain(connection, query);
+  std::vector<ChainRecord> same = read_chains(connection, query);
+  return same.empty() ? std::nullopt : std::optional(std::move(same.front()));
 }
 
 std::vector<ChainRecord> load_chains(Connection& connection, std::string_view scenario) {
@@ -188,12 +221,16 @@ Page<ChainRecord> load_chains(Connection& connection, std::string_view scenario,
       "FROM chain INDEXED BY chain_by_scenario CROSS JOIN scenario ON scenario.row = chain.scenario"
       " WHERE chain.scenario = ? AND chain.row > ? ORDER BY chain.row LIMIT ?");
   Query query(connection, sql, from.scenario, from.row, limit + 1);
-  while (query.next()) {
-    if (page.records.size() == limit) {
+  for (std::size_t looked_at = 0; query.next(); ++looked_at) {
+    if (looked_at == limit) {
       page.next_cursor = encode(from);
       break;
     }
-    page.records.push_back(read_chain(connection, query, from.row));
+    try {
+      page.records.push_back(read_chain(connection, query, from.row));
+    } catch (const Damaged& damage) {
+      connection.tell_damage(damage.what());
+    }
   }
   return page;
 }
@@ -211,49 +248,57 @@ std::vector<ChainRecord> load_chains_in_states(Connection& connection,
 }
 
 std::string load_checkpoint(Connection& connection, std::string_view chain) {
-  Query query(
-      connection,
-      "SELECT bytes FROM chain CROSS JOIN checkpoint ON checkpoint.chain = chain.row WHERE chain.id = ?",
-      chain);
-  return query.next() ? query.text() : std::string();
+  static const std::string sql =
+      "SELECT " + unsound_in(checkpoint_seal()) +
+      ", bytes FROM chain CROSS JOIN checkpoint ON checkpoint.chain = chain.row WHERE chain.id = ?";
+  Query query(connection, sql, chain);
+  if (!query.next()) return {};
+  if (read_unsound(checkpoint_seal(), query))
+    throw Damaged(damage_of("chain " + std::string(chain), "its checkpoint"));
+  return query.text();
 }
 
 std::vector<std::string> load_trace(Connection& connection, std::string_view chain) {
-  Query query(connection,
-              "SELECT bytes FROM chain CROSS JOIN trace_block INDEXED BY trace_block_by_chain"
-              " ON trace_block.chain = chain.row WHERE chain.id = ? ORDER BY trace_block.row",
-              chain);
+  static const std::string sql = "SELECT " + unsound_in(trace_seal()) +
+                                 ", bytes FROM chain CROSS JOIN trace_block INDEXED BY trace_block_by_chain"
+                                 " ON trace_block.chain = chain.row WHERE chain.id = ? ORDER BY"
+                                 " trace_block.row";
+  Query query(connection, sql, chain);
   std::vector<std::string> blocks;
-  while (query.next())
-    blocks.push_back(query.text());
+  each_sound(connection, query, trace_seal(), "a stretch of the trace of chain " + std::string(chain),
+             [&] { blocks.push_back(query.text()); });
   return blocks;
 }
 
 bool insert_chain(Connection& connection, const ChainRecord& record) {
   const auto scenario = scenario_row(connection, record.scenario);
   if (!scenario) return false;
-  // The counters follow; what must not be null is 0 until then.
-  run(connection,
-      "INSERT INTO chain (id, scenario, position, seed, method, ratios, settings, lesson, state, iteration,"
-      " accepted, samples, simulations, failed_simulations, simulated_seconds, run_seconds,"
-      " iterations_per_second, ended_by, error, created_at)"
-      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, 0, 0, 0, 0, 0, 0, 0, 0, ?, ?, ?)",
-      record.id, *scenario, record.index, record.seed, record.method, record.ratios, record.settings,
-      record.lesson, to_string(record.state), record.ended_by, record.error,
-      record.created_at != 0 ? record.created_at : now());
+  static const std::string sql = "INSERT " + insert_sealed(chain_seal());
+  {
+    Query query(connection, sql);
+    query.bind_all(record.id, *scenario, record.index, record.seed, record.method, record.ratios,
+                   record.settings, record.lesson, record.created_at != 0 ? record.created_at : now(),
+                   to_string(record.state), record.ended_by, record.error);
+    bind_stop(query, record.stop);
+    bind_counters(query, record.counters);
+    query.bind_all(record.attempts);
+    query.next();
+  }
   const std::int64_t row = connection.last_inserted_row();
-  write_stop(connection, row, record.stop);
-  write_counters(connection, row, record.counters);
+  write_kernels(connection, row, record.counters.kernels);
+  write_rungs(connection, row, record.counters.rungs);
   if (record.lesson > 0) take_lesson(connection, *scenario, record.lesson);
   return true;
 }
 
 void update_chain_state(Connection& connection, std::string_view id, ChainState state,
                         std::string_view ended_by, std::string_view error) {
-  run(connection,
-      "UPDATE chain SET state = ?1, ended_by = ?2, error = ?3, attempts = attempts + (?1 = 'running')"
-      " WHERE id = ?4",
-      to_string(state), ended_by, error, id);
+  static const std::string attempts = "attempts + (?1 = 'running')";
+  static const std::string sql =
+      "UPDATE chain SET state = ?1, ended_by = ?2, error = ?3, attempts = " + attempts +
+      ", seal = reseal(seal, " + part("state") + ", ?1, " + part("ended_by") + ", ?2, " + part("error") +
+      ", ?3, " + part("attempts") + ", " + attempts + ") WHERE id = ?4";
+  run(connection, sql, to_string(state), ended_by, error, id);
   if (state == ChainState::finished) return_lesson_if_unused(connection, id);
 }
 
@@ -262,19 +307,61 @@ void update_chain_stop(Connection& connection, std::string_view id, const StopRu
   if (query.next()) write_stop(connection, query.integer(), stop);
 }
 
+void set_damaged_chains_aside(Connection& connection) {
+  static const std::string find =
+      "SELECT row, id, " + unsound_in(chain_seal()) +
+      " FROM chain INDEXED BY chain_by_state WHERE state NOT IN ('paused', 'finished', 'failed')"
+      " AND id IS NOT NULL";
+  std::vector<std::pair<std::int64_t, std::string>> damaged;
+  {
+    Query query(connection, find);
+    while (query.next()) {
+      const auto row = query.integer();
+      const std::string id = query.text();
+      if (const auto column = read_unsound(chain_seal(), query))
+        damaged.emplace_back(row, damage_of("chain " + id, *column));
+    }
+  }
+  // SQLite changes no row with a cell of the wrong type.
+  std::string sql = "UPDATE chain SET " + set_sealed(chain_seal(), {"state", "error"});
+  for (const char* column :
+       {"position", "seed", "lesson", "created_at", "iteration", "accepted", "samples", "simulations",
+        "failed_simulations", "counted", "is_learning", "odds_draws", "odds_hits"})
+    sql += std::string(", ") + column + " = CAST(coalesce(" + column + ", 0) AS INTEGER)";
+  for (const char* column : {"simulated_seconds", "skipped_seconds", "run_seconds", "iterations_per_second",
+                             "odds_sum", "odds_squares", "odds_largest"})
+    sql += std::string(", ") + column + " = CAST(coalesce(" + column + ", 0) AS REAL)";
+  for (const char* column :
+       {"stop_samples", "stop_counted", "stop_iterations", "stop_ess", "first_sample_iteration"})
+    sql += std::string(", ") + column + " = CAST(" + column + " AS INTEGER)";
+  for (const char* column : {"stop_seconds", "first_sample_seconds", "effective_samples"})
+    sql += std::string(", ") + column + " = CAST(" + column + " AS REAL)";
+  for (const char* column : {"method", "ratios", "settings", "ended_by", "odds_basis"})
+    sql += std::string(", ") + column + " = CAST(coalesce(" + column + ", '') AS TEXT)";
+  static const std::string set = sql + " WHERE row = ?3";
+  for (const auto& [row, damage] : damaged) {
+    connection.tell_damage(damage);
+    run(connection, set, to_string(ChainState::failed), damage, row);
+  }
+}
+
 Written write_progress(Connection& connection, const ChainProgress& progress) {
   ChainRow chain{.id = progress.chain};
   std::int64_t scenario = 0;
   {
-    Query query(connection, "SELECT row, scenario, ratios FROM chain WHERE id = ?", progress.chain);
+    static const std::string sql = "SELECT " + unsound_in(chain_seal(), "id", "ratios") +
+                                   ", row, scenario, ratios FROM chain WHERE id = ?";
+    Query query(connection, sql, progress.chain);
     if (!query.next()) return {};
+    if (const auto column = read_unsound(chain_seal(), query))
+      throw Damaged(damage_of("chain " + progress.chain, *column));
     chain.row = query.integer();
     scenario = query.integer();
     chain.is_apart = query.text() == to_string(Ratios::paper);
   }
 
   // Samples and weights.
-  Stock stock = load_stock(connection, scenario).value();
+  Stock stock = load_stock(connection, scenario);
   bool shelves_moved = false;
   for (const auto& sample : progress.samples)
     shelves_moved |= insert_sample(connection, stock, chain, sample);
@@ -285,19 +372,21 @@ Written write_progress(Connection& connection, const ChainProgress& progress) {
 
   // Counters and state.
   write_counters(connection, chain.row, progress.counters);
-  run(connection, "UPDATE chain SET attempts = 0 WHERE row = ? AND attempts > 0", chain.row);
+  static const std::string no_attempts = "UPDATE chain SET attempts = 0, seal = reseal(seal, " +
+                                         part("attempts") + ", 0) WHERE row = ? AND attempts > 0";
+  run(connection, no_attempts, chain.row);
   if (progress.state) {
     update_chain_state(connection, progress.chain, *progress.state, progress.ended_by, progress.error);
   }
 
   // Checkpoint, trace and lesson.
   if (progress.lesson) insert_lesson(connection, scenario, chain.row, *progress.lesson);
-  run(connection, "REPLACE INTO checkpoint (chain, bytes) VALUES (?, ?)", chain.row,
-      Blob{progress.checkpoint});
+  static const std::string set_checkpoint = "REPLACE " + insert_sealed(checkpoint_seal());
+  run(connection, set_checkpoint, chain.row, Blob{progress.checkpoint});
   if (progress.replace_trace) run(connection, "DELETE FROM trace_block WHERE chain = ?", chain.row);
   if (!progress.trace_block.empty()) {
-    run(connection, "INSERT INTO trace_block (chain, bytes) VALUES (?, ?)", chain.row,
-        Blob{progress.trace_block});
+    static const std::string add_block = "INSERT " + insert_sealed(trace_seal());
+    run(connection, add_block, chain.row, Blob{progress.trace_block});
   }
 
   return {.samples = static_cast<std::uint64_t>(stock.samples), .shelves_moved = shelves_moved};

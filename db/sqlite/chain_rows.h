@@ -14,6 +14,8 @@
 
 namespace retake::database {
 
+/// Each of these throws Damaged where one chain or its checkpoint is asked for, and leaves damaged ones, and
+/// damaged stretches of a trace, out of lists.
 std::optional<ChainRecord> load_chain(Connection& connection, std::string_view id);
 /// See Store::same_chain.
 std::optional<ChainRecord> load_same_chain(Connection& connection, const ChainRecord& like,
@@ -30,6 +32,9 @@ bool insert_chain(Connection& connection, const ChainRecord& record);
 void update_chain_state(Connection& connection, std::string_view id, ChainState state,
                         std::string_view ended_by, std::string_view error);
 void update_chain_stop(Connection& connection, std::string_view id, const StopRule& stop);
+/// Chains that would be taken up but are damaged have failed, so that nothing waits for them. They stay
+/// damaged.
+void set_damaged_chains_aside(Connection& connection);
 struct Written {
   std::uint64_t samples = 0;   ///< that the scenario holds then; 0 if the chain is gone
   bool shelves_moved = false;  ///< older samples changed their shelf

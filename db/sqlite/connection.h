@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -34,7 +35,13 @@ class DatabaseError : public std::runtime_error {
   Kind kind_;
 };
 
-/// One connection to one file, with the statements that it has prepared.
+/// One connection to one file, with the statements that it has prepared. Its SQL has three functions more.
+/// A seal is a blob of 4 bytes, a part, for each cell that it is of; NULL, 1, 1.0, '1' and x'31' have
+/// different parts.
+///   seal(value, ...)                 the seal of these cells
+///   reseal(seal, part, value, ...)   the seal with other parts, each told by its number from 0 and its cell
+///   unsound(seal, part, value, ...)  the number of the first part, from that one on, that is not its cell's;
+///                                    NULL if all are
 /// Thread safety: one thread at a time.
 class Connection {
  public:
@@ -72,6 +79,12 @@ class Connection {
   /// The text of every statement that is prepared and not in use.
   std::vector<std::string> prepared_statements() const;
 
+  /// Who is told of what is damaged in the rows that are read; nobody at first.
+  void on_damage(std::function<void(const std::string&)> told) { told_of_damage_ = std::move(told); }
+  void tell_damage(const std::string& damage) const {
+    if (told_of_damage_) told_of_damage_(damage);
+  }
+
  private:
   friend class Query;
   struct Close {
@@ -88,6 +101,7 @@ class Connection {
   std::unique_ptr<sqlite3, Close> handle_;
   Statements statements_;
   std::size_t log_pages_ = 0;
+  std::function<void(const std::string&)> told_of_damage_;
 };
 
 /// A value to bind as a blob.

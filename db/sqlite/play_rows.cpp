@@ -6,8 +6,10 @@
 #include <string>
 #include <tuple>
 
+#include "db/errors.h"
 #include "db/sqlite/sample_rows.h"
 #include "db/sqlite/scenario_rows.h"
+#include "db/sqlite/seals.h"
 
 namespace retake::database {
 namespace {
@@ -17,6 +19,8 @@ constexpr std::int64_t kFrontierFromSeen = 64;
 // So many samples newer than a frontier are looked at one by one; with more, the search starts afresh.
 // Chosen.
 constexpr int kMostNewer = 256;
+// So many damaged samples are set aside for one play; then it has none. Chosen: a tenth of a second.
+constexpr int kMostSetAside = 256;
 
 // A sample in the order in which samples are handed out.
 struct Candidate {
@@ -147,24 +151,28 @@ std::optional<Candidate> choose_unseen(Connection& connection, PlayerFrontiers& 
   return chosen;
 }
 
-// Without a player: what comes up next, any sample as often as it weighs. It comes up again one interval
-// later.
-std::optional<Candidate> next_by_weight(Connection& connection, Stock& stock) {
-  std::optional<Candidate> chosen;
+// Without a player: what comes up next, any sample as often as it weighs.
+std::optional<Candidate> next_by_weight(Connection& connection, std::int64_t scenario) {
+  Query query(connection,
+              "SELECT shelf, plays, row FROM sample INDEXED BY sample_by_pass"
+              " WHERE scenario = ? AND shelf <= 1 ORDER BY pass, row LIMIT 1",
+              scenario);
+  return read_candidate(query);
+}
+
+// It comes up again one interval later.
+void come_up_later(Connection& connection, Stock& stock, std::int64_t sample) {
   double pass = 0, weight = 1;
   {
-    Query query(connection,
-                "SELECT shelf, plays, row, pass, weight FROM sample INDEXED BY sample_by_pass"
-                " WHERE scenario = ? AND shelf <= 1 ORDER BY pass, row LIMIT 1",
-                stock.scenario);
-    chosen = read_candidate(query);
-    if (!chosen) return std::nullopt;
+    Query query(connection, "SELECT pass, weight FROM sample WHERE row = ?", sample);
+    query.next();
     pass = query.real();
     weight = query.real();
   }
   stock.time = std::max(stock.time, pass);
-  run(connection, "UPDATE sample SET pass = ? WHERE row = ?", pass + 1 / weight, chosen->row);
-  return chosen;
+  static const std::string sql =
+      "UPDATE sample SET " + set_sealed(sample_seal(), {"pass"}) + " WHERE row = ?2";
+  run(connection, sql, pass + 1 / weight, sample);
 }
 
 std::optional<Candidate> seen_longest_ago(Connection& connection, std::int64_t player,
@@ -178,34 +186,102 @@ std::optional<Candidate> seen_longest_ago(Connection& connection, std::int64_t p
 }
 
 Player find_or_add_player(Connection& connection, std::int64_t scenario, std::string_view name) {
+  static const std::string sql = "SELECT " + unsound_in(player_seal()) +
+                                 ", row, seen, seen_even, seen_learning FROM player"
+                                 " WHERE scenario = ? AND name = ?";
+  bool is_damaged = false;
   const auto find = [&]() -> std::optional<Player> {
-    Query query(connection,
-                "SELECT row, seen, seen_even, seen_learning FROM player WHERE scenario = ? AND name = ?",
-                scenario, name);
+    Query query(connection, sql, scenario, name);
     if (!query.next()) return std::nullopt;
+    const auto column = read_unsound(player_seal(), query);
+    is_damaged = column.has_value();
+    if (column) connection.tell_damage(damage_of("player " + std::string(name), *column));
     return Player{query.integer(), query.integer(), query.integer(), query.integer()};
   };
-  if (const auto player = find()) return *player;
-  run(connection, "INSERT INTO player (scenario, name) VALUES (?, ?)", scenario, name);
+  const auto player = find();
+  if (player && is_damaged) {
+    // What was seen can be counted.
+    static const std::string rename =
+        "UPDATE player SET " + set_sealed(player_seal(), {"scenario", "name"}) + " WHERE row = ?3";
+    recount_players(connection, scenario, player->row);
+    run(connection, rename, scenario, name, player->row);
+    return find().value();
+  }
+  if (player) return *player;
+  static const std::string insert = "INSERT " + insert_sealed(player_seal());
+  run(connection, insert, scenario, name, 0, 0, 0);
   return find().value();
 }
 
 // The play that this key gave before.
 std::optional<PlayRecord> earlier_play(Connection& connection, std::int64_t scenario, std::string_view player,
                                        std::string_view key) {
-  Query query(connection,
-              "SELECT play.row, sample, player, repeat, remaining FROM idempotency"
-              " CROSS JOIN play ON play.row = idempotency.play WHERE scenario = ? AND key = ?",
-              scenario, key);
+  static const std::string sql =
+      "SELECT " + unsound_in(key_seal()) + ", " + unsound_in(play_seal()) +
+      ", play.row, sample, player, repeat, remaining FROM idempotency"
+      " LEFT JOIN play ON play.row = idempotency.play WHERE scenario = ? AND key = ?";
+  Query query(connection, sql, scenario, key);
   if (!query.next()) return std::nullopt;
+  const auto in_key = read_unsound(key_seal(), query);
+  const auto in_play = read_unsound(play_seal(), query);
   PlayRecord record;
   record.id = play_id(query.integer());
-  record.sample = load_sample_at(connection, query.integer());
+  if (in_key) throw Damaged(damage_of("idempotency key " + std::string(key), *in_key));
+  if (in_play) throw Damaged(damage_of("play " + record.id, *in_play));
+  const auto sample = query.integer();
+  if (const auto damage = find_damage(connection, sample)) throw Damaged(*damage);
+  record.sample = load_sample_at(connection, sample);
   if (query.text() != player) throw IdempotencyConflict("the idempotency key was used with another player");
   record.repeat = query.integer() != 0;
   record.remaining = record.even_remaining = query.count();
   record.replayed = true;
   return record;
+}
+
+// What is handed out next.
+struct Choice {
+  std::optional<Player> player;
+  std::optional<Candidate> sample;
+  bool is_repeat = false;
+};
+Choice choose(Connection& connection, PlayerFrontiers& frontiers, const Stock& stock, const PlayWish& wish) {
+  const bool counts = stock.counted > 0;
+  const Shelves shelves = counts ? kThatCount : kOfLearning;
+  const std::int64_t offered = counts ? stock.counted : stock.learning;
+  Choice choice;
+  if (wish.player.empty()) {
+    choice.sample = counts ? next_by_weight(connection, stock.scenario)
+                           : least_played(connection, stock.scenario, shelves.first);
+    return choice;
+  }
+  choice.player = find_or_add_player(connection, stock.scenario, wish.player);
+  if ((counts ? choice.player->seen : choice.player->seen_learning) < offered)
+    choice.sample = choose_unseen(connection, frontiers, stock.scenario, *choice.player, shelves);
+  choice.is_repeat = !choice.sample;
+  if (choice.is_repeat) choice.sample = seen_longest_ago(connection, choice.player->row, shelves);
+  return choice;
+}
+
+// As choose, after what is damaged of that has been set aside.
+Choice choose_sound(Connection& connection, PlayerFrontiers& frontiers, Stock& stock, const PlayWish& wish) {
+  bool is_surveyed = false;
+  for (int attempt = 0; attempt < kMostSetAside && stock.counted + stock.learning > 0; ++attempt) {
+    Choice choice = choose(connection, frontiers, stock, wish);
+    if (choice.sample) {
+      const auto damage = find_damage(connection, choice.sample->row);
+      if (!damage) return choice;
+      connection.tell_damage(*damage);
+      set_aside(connection, stock, choice.sample->row);
+    } else if (!is_surveyed) {
+      // The counts say that there is one: they, or a place of a sample, are damaged.
+      is_surveyed = true;
+      survey_stock(connection, stock);
+    } else {
+      break;
+    }
+    frontiers.clear();
+  }
+  return {};
 }
 
 }  // namespace
@@ -217,34 +293,21 @@ std::optional<PlayRecord> write_play(Connection& connection, PlayerFrontiers& fr
   if (!wish.key.empty()) {
     if (auto earlier = earlier_play(connection, *scenario, wish.player, wish.key)) return earlier;
   }
-  auto stock = load_stock(connection, *scenario);
-  if (!stock) return std::nullopt;
-  const bool counts = stock->counted > 0;
-  const Shelves shelves = counts ? kThatCount : kOfLearning;
-  const std::int64_t offered = counts ? stock->counted : stock->learning;
-  if (offered == 0) return std::nullopt;
+  Stock stock = load_stock(connection, *scenario);
 
   // Choose.
-  std::optional<Player> player;
-  std::optional<Candidate> chosen;
-  bool repeat = false;
-  if (wish.player.empty()) {
-    chosen = counts ? next_by_weight(connection, *stock) : least_played(connection, *scenario, shelves.first);
-  } else {
-    player = find_or_add_player(connection, *scenario, wish.player);
-    if ((counts ? player->seen : player->seen_learning) < offered)
-      chosen = choose_unseen(connection, frontiers, *scenario, *player, shelves);
-    repeat = !chosen;
-    if (repeat && wish.repeats == Repeats::refused) return std::nullopt;
-    if (repeat) chosen = seen_longest_ago(connection, player->row, shelves);
-  }
-  if (!chosen) throw DatabaseError(DatabaseError::Kind::other, "the stock and the samples do not agree");
+  Choice choice = choose_sound(connection, frontiers, stock, wish);
+  auto& [player, chosen, repeat] = choice;
+  if (!chosen || (repeat && wish.repeats == Repeats::refused)) return std::nullopt;
+  const bool counts = stock.counted > 0;
+  const std::int64_t offered = counts ? stock.counted : stock.learning;
+  if (!player && counts) come_up_later(connection, stock, chosen->row);
 
   // What that leaves.
-  std::int64_t& unplayed = counts ? stock->unplayed : stock->unplayed_learning;
+  std::int64_t& unplayed = counts ? stock.unplayed : stock.unplayed_learning;
   if (!repeat) {
     unplayed -= chosen->plays == 0 ? 1 : 0;
-    ++stock->plays;
+    ++stock.plays;
     if (player) {
       (counts ? player->seen : player->seen_learning) += 1;
       player->seen_even += chosen->shelf == kEven ? 1 : 0;
@@ -254,30 +317,35 @@ std::optional<PlayRecord> write_play(Connection& connection, PlayerFrontiers& fr
   record.repeat = repeat;
   record.remaining = static_cast<std::uint64_t>(
       !player ? unplayed : offered - (counts ? player->seen : player->seen_learning));
-  record.even_remaining = player && counts ? static_cast<std::uint64_t>(stock->even - player->seen_even)
+  record.even_remaining = player && counts ? static_cast<std::uint64_t>(stock.even - player->seen_even)
                           : counts         ? record.remaining
                                            : 0;
 
   // Write it down.
-  run(connection, "INSERT INTO play (sample, player, repeat, remaining, created_at) VALUES (?, ?, ?, ?, ?)",
-      chosen->row, wish.player, repeat ? 1 : 0, record.remaining, now());
+  static const std::string insert_play = "INSERT " + insert_sealed(play_seal());
+  run(connection, insert_play, chosen->row, wish.player, repeat ? 1 : 0, record.remaining, now());
   const auto play = connection.last_inserted_row();
   record.id = play_id(play);
   if (!repeat) {
-    run(connection, "UPDATE sample SET plays = plays + 1 WHERE row = ?", chosen->row);
-    save_stock(connection, *stock);
+    static const std::string set_plays =
+        "UPDATE sample SET " + set_sealed(sample_seal(), {"plays"}) + " WHERE row = ?2";
+    run(connection, set_plays, chosen->plays + 1, chosen->row);
+    save_stock(connection, stock);
   }
   if (player) {
-    run(connection,
-        "INSERT INTO seen (player, sample, last_play) VALUES (?, ?, ?)"
-        " ON CONFLICT (player, sample) DO UPDATE SET last_play = excluded.last_play",
-        player->row, chosen->row, play);
-    run(connection, "UPDATE player SET seen = ?, seen_even = ?, seen_learning = ? WHERE row = ?",
-        player->seen, player->seen_even, player->seen_learning, player->row);
+    static const std::string insert_seen =
+        "INSERT " + insert_sealed(seen_seal()) +
+        " ON CONFLICT (player, sample) DO UPDATE SET last_play = excluded.last_play, seal = excluded.seal";
+    static const std::string set_player = "UPDATE player SET " +
+                                          set_sealed(player_seal(), {"seen", "seen_even", "seen_learning"}) +
+                                          " WHERE row = ?4";
+    run(connection, insert_seen, player->row, chosen->row, play);
+    run(connection, set_player, player->seen, player->seen_even, player->seen_learning, player->row);
   }
-  if (!wish.key.empty())
-    run(connection, "INSERT INTO idempotency (scenario, key, play) VALUES (?, ?, ?)", *scenario, wish.key,
-        play);
+  if (!wish.key.empty()) {
+    static const std::string insert_key = "INSERT " + insert_sealed(key_seal());
+    run(connection, insert_key, *scenario, wish.key, play);
+  }
   record.sample = load_sample_at(connection, chosen->row);
   return record;
 }

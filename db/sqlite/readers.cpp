@@ -7,8 +7,11 @@
 
 namespace retake::database {
 
-Readers::Readers(const std::string& path, std::size_t count, Connection::Access access)
-    : path_(path), count_(std::max<std::size_t>(count, 1)), free_(open(access)) {}
+Readers::Readers(const std::string& path, std::size_t count, Damage on_damage, Connection::Access access)
+    : path_(path),
+      count_(std::max<std::size_t>(count, 1)),
+      on_damage_(std::move(on_damage)),
+      free_(open(access)) {}
 
 Readers::Connections Readers::open(Connection::Access access) const {
   Connections connections;
@@ -16,6 +19,7 @@ Readers::Connections Readers::open(Connection::Access access) const {
     auto connection = std::make_unique<Connection>(path_, access);
     connection->execute(
         "PRAGMA cache_size = -1000");  // [kB], chosen: several pages of a listing and the index roots
+    connection->on_damage(on_damage_);
     connections.push_back(std::move(connection));
   }
   return connections;

@@ -4,6 +4,7 @@
 
 #include <condition_variable>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -16,8 +17,11 @@ namespace retake::database {
 /// Thread safety: borrow may be called from any thread; it waits while all connections are lent.
 class Readers {
  public:
+  using Damage = std::function<void(const std::string&)>;  ///< told of what is damaged
+
   /// Opens the connections. Requires: the file is a store. Throws: DatabaseError.
-  Readers(const std::string& path, std::size_t count, Connection::Access access = Connection::Access::read);
+  Readers(const std::string& path, std::size_t count, Damage on_damage,
+          Connection::Access access = Connection::Access::read);
   /// Opens others in their place, once all are given back. Throws: DatabaseError; nothing has changed then.
   void reopen();
 
@@ -45,6 +49,7 @@ class Readers {
 
   const std::string path_;
   const std::size_t count_;
+  const Damage on_damage_;
   std::mutex mutex_;
   std::condition_variable returned_;
   Connections free_;

@@ -25,6 +25,7 @@ struct SamplePlace {
 /// The inverse of sample_id; empty if it could not have written the text.
 std::optional<SamplePlace> parse_sample_id(std::string_view id);
 
+/// Each of these throws Damaged where one sample is asked for, and leaves damaged ones out of lists.
 std::optional<SampleRecord> load_sample(Connection& connection, std::string_view id);
 SampleRecord load_sample_at(Connection& connection, std::int64_t row);
 Page<SampleRecord> load_samples(Connection& connection, std::string_view scenario, SampleOrder order,
@@ -45,5 +46,10 @@ struct ChainRow {
 bool insert_sample(Connection& connection, Stock& stock, const ChainRow& chain, const NewSample& sample);
 /// True if it changed its shelf. Throws: DatabaseError if there is no such sample.
 bool update_weight(Connection& connection, Stock& stock, const ChainRow& chain, const WeightUpdate& update);
+
+/// What is damaged of a sample, state and animation included.
+std::optional<std::string> find_damage(Connection& connection, std::int64_t row);
+/// Takes a damaged sample out of what is handed out, and out of the stock.
+void set_aside(Connection& connection, Stock& stock, std::int64_t row);
 
 }  // namespace retake::database

@@ -22,9 +22,12 @@ OddsTally read_odds(Query& query);
 /// Milliseconds since the Unix epoch.
 std::int64_t now();
 
+/// Each of these throws Damaged where one scenario is asked for, and leaves damaged ones out of lists.
 std::optional<std::int64_t> scenario_row(Connection& connection, std::string_view id);
 std::optional<ScenarioRecord> load_scenario(Connection& connection, std::string_view id);
 Page<ScenarioRecord> load_scenarios(Connection& connection, std::size_t limit, std::string_view cursor);
+/// See Store::world_of.
+std::optional<WorldVersion> load_world_of(Connection& connection, std::string_view id);
 std::uint64_t count_samples(Connection& connection, std::string_view scenario);
 
 AddedScenario insert_scenario(Connection& connection, const ScenarioRecord& record);

@@ -261,6 +261,77 @@ constexpr const char* kAttempts = R"sql(
 ALTER TABLE chain ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0;  -- set running so often, no progress since
 )sql";
 
+// Every cell is sealed. What no Retake can have written is not: a NULL stands in its place, and its row is
+// found to be damaged.
+constexpr const char* kSeals = R"sql(
+ALTER TABLE scenario ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE stock ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE chain ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE chain_kernel ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE chain_rung ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE checkpoint ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE trace_block ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE lesson ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE sample ADD COLUMN seal BLOB NOT NULL DEFAULT x'';  -- its last two parts are of sample_blob
+ALTER TABLE player ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE seen ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE play ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+ALTER TABLE idempotency ADD COLUMN seal BLOB NOT NULL DEFAULT x'';
+
+UPDATE scenario SET seal = seal(id, world, iif(world_version >= 1, world_version, NULL), title,
+  iif(json_valid(document), document, NULL), iif(created_at >= 0, created_at, NULL),
+  iif(pilot_draws >= 0 OR pilot_draws IS NULL, pilot_draws, ''),
+  iif(pilot_hits >= 0 OR pilot_hits IS NULL, pilot_hits, ''),
+  iif(pilot_seconds >= 0 OR pilot_seconds IS NULL, pilot_seconds, ''));
+UPDATE stock SET seal = seal(scenario, samples, counted, even, learning, unplayed, unplayed_learning, plays,
+  weight, door, door_counted, time);
+UPDATE chain SET seal = seal(id, scenario, iif(position >= 0, position, NULL), iif(seed >= 0, seed, NULL),
+  iif(method IN ('rejection', 'metropolis', 'conditional', 'tempering'), method, NULL),
+  iif(ratios IN ('exact', 'paper'), ratios, NULL),
+  iif(settings = '' OR json_valid(settings), settings, NULL), iif(lesson >= 0, lesson, NULL),
+  iif(created_at >= 0, created_at, NULL), state, ended_by, error,
+  iif(stop_samples >= 0 OR stop_samples IS NULL, stop_samples, ''),
+  iif(stop_counted >= 0 OR stop_counted IS NULL, stop_counted, ''),
+  iif(stop_iterations >= 0 OR stop_iterations IS NULL, stop_iterations, ''),
+  iif(stop_seconds >= 0 OR stop_seconds IS NULL, stop_seconds, ''),
+  iif(stop_ess >= 0 OR stop_ess IS NULL, stop_ess, ''), iif(iteration >= 0, iteration, NULL),
+  iif(accepted >= 0, accepted, NULL), iif(samples >= 0, samples, NULL),
+  iif(simulations >= 0, simulations, NULL), iif(failed_simulations >= 0, failed_simulations, NULL),
+  iif(simulated_seconds >= 0, simulated_seconds, NULL), iif(skipped_seconds >= 0, skipped_seconds, NULL),
+  iif(counted >= 0, counted, NULL), iif(run_seconds >= 0, run_seconds, NULL),
+  iif(iterations_per_second >= 0, iterations_per_second, NULL),
+  iif(first_sample_iteration >= 0 OR first_sample_iteration IS NULL, first_sample_iteration, ''),
+  iif(first_sample_seconds >= 0 OR first_sample_seconds IS NULL, first_sample_seconds, ''),
+  effective_samples, iif(is_learning IN (0, 1), is_learning, NULL),
+  iif(odds_basis IN ('', 'ladder', 'rejection', 'learned'), odds_basis, NULL),
+  iif(odds_draws >= 0, odds_draws, NULL), iif(odds_hits >= 0, odds_hits, NULL), odds_sum, odds_squares,
+  odds_largest, iif(attempts >= 0, attempts, NULL));
+UPDATE chain_kernel SET seal = seal(chain, position, name, iif(proposed >= 0, proposed, NULL),
+  iif(accepted >= 0, accepted, NULL));
+UPDATE chain_rung SET seal = seal(chain, position, beta, iif(proposed >= 0, proposed, NULL),
+  iif(accepted >= 0, accepted, NULL));
+UPDATE checkpoint SET seal = seal(chain, bytes);
+UPDATE trace_block SET seal = seal(chain, bytes);
+UPDATE lesson SET seal = seal(scenario, number,
+  iif(method IN ('rejection', 'metropolis', 'conditional', 'tempering'), method, NULL),
+  iif(ratios IN ('exact', 'paper'), ratios, NULL), chain, iif(version >= 1, version, NULL), kind,
+  iif(went_on IN (0, 1), went_on, NULL), bytes, iif(created_at >= 0, created_at, NULL));
+UPDATE sample SET seal = seal(scenario, chain, iif(iteration >= 0, iteration, NULL),
+  iif(replica >= 0, replica, NULL), iif(weight >= 0, weight, NULL), log_prior, log_constraint,
+  iif(duration >= 0, duration, NULL),
+  iif(measures = '', measures, iif(json_valid(measures), iif(json_type(measures) = 'object', measures, NULL), NULL)),
+  digest, iif(created_at >= 0, created_at, NULL), iif(plays >= 0, plays, NULL),
+  iif(shelf BETWEEN 0 AND 3, shelf, NULL), iif(chance > 0 AND chance < 1, chance, NULL),
+  iif(pass >= 0, pass, NULL),
+  (SELECT state FROM sample_blob WHERE sample_blob.sample = sample.row),
+  (SELECT animation FROM sample_blob WHERE sample_blob.sample = sample.row));
+UPDATE player SET seal = seal(scenario, name, seen, seen_even, seen_learning);
+UPDATE seen SET seal = seal(player, sample, last_play);
+UPDATE play SET seal = seal(sample, player, iif(repeat IN (0, 1), repeat, NULL),
+  iif(remaining >= 0, remaining, NULL), iif(created_at >= 0, created_at, NULL));
+UPDATE idempotency SET seal = seal(scenario, key, play);
+)sql";
+
 std::int64_t single_integer(Connection& connection, std::string_view sql) {
   Query query(connection, sql);
   query.next();
@@ -270,7 +341,8 @@ std::int64_t single_integer(Connection& connection, std::string_view sql) {
 }  // namespace
 
 std::span<const std::string> migrations() {
-  static const std::array<std::string, 5> scripts{kVersion1, kVersion2, kVersion3, kVersion4, kAttempts};
+  static const std::array<std::string, 6> scripts{kVersion1, kVersion2, kVersion3,
+                                                  kVersion4, kAttempts, kSeals};
   return scripts;
 }
 

@@ -17,11 +17,12 @@
 
 namespace retake::database {
 
-SqliteStore::SqliteStore(const std::string& path, const StoreOptions& options) : path_(absolute_path(path)) {
+SqliteStore::SqliteStore(const std::string& path, const StoreOptions& options)
+    : path_(absolute_path(path)), damages_(options.on_damage) {
   try {
     if (options.read_only) {
       require_current(path_);
-      readers_ = std::make_unique<Readers>(path_, options.reader_connections);
+      readers_ = std::make_unique<Readers>(path_, options.reader_connections, note_);
     } else {
       open(options);
     }
@@ -45,7 +46,7 @@ void SqliteStore::open(const StoreOptions& options) {
     if (error.kind() != DatabaseError::Kind::unavailable || !holds_something) throw;
     reason = error.what();
     require_current(path_, Connection::Access::alone);
-    readers_ = std::make_unique<Readers>(path_, options.reader_connections, Connection::Access::alone);
+    readers_ = std::make_unique<Readers>(path_, options.reader_connections, note_, Connection::Access::alone);
   }
   start_writer(std::move(connection), reason, options);
 }
@@ -59,10 +60,14 @@ std::unique_ptr<Connection> SqliteStore::open_writing(std::size_t reader_connect
     throw DatabaseError(DatabaseError::Kind::unavailable, std::string("cannot lock it: ") + error.what());
   }
   auto connection = open_to_write(path_);
+  connection->on_damage(note_);
+  Transaction transaction(*connection, Transaction::Kind::write);
+  set_damaged_chains_aside(*connection);
+  transaction.commit();
   if (readers_)
     readers_->reopen();
   else
-    readers_ = std::make_unique<Readers>(path_, reader_connections);
+    readers_ = std::make_unique<Readers>(path_, reader_connections, note_);
   watch_.emplace(path_);
   return connection;
 }
@@ -72,6 +77,9 @@ auto SqliteStore::read(const char* what, Work work) const {
   try {
     Readers::Loan loan(*readers_);
     return work(loan.connection());
+  } catch (const Damaged& damage) {
+    damages_.note(damage.what());
+    throw;
   } catch (const DatabaseError& error) {
     const std::string text =
         std::string("store: cannot read ") + what + " from " + path_ + ": " + error.what();
@@ -129,6 +137,10 @@ bool SqliteStore::delete_scenario(std::string_view id) {
 
 std::optional<ScenarioRecord> SqliteStore::scenario(std::string_view id) const {
   return read("a scenario", [&](Connection& connection) { return load_scenario(connection, id); });
+}
+
+std::optional<WorldVersion> SqliteStore::world_of(std::string_view scenario) const {
+  return read("a scenario", [&](Connection& connection) { return load_world_of(connection, scenario); });
 }
 
 Page<ScenarioRecord> SqliteStore::scenarios(std::size_t limit, std::string_view cursor) const {
@@ -283,8 +295,13 @@ std::string SqliteStore::last_error() const {
   return writer_ ? writer_->last_error() : std::string();
 }
 
+std::vector<std::string> SqliteStore::damages() const {
+  return damages_.first();
+}
+
 StoreTotals SqliteStore::totals() const {
   auto totals = read("totals", load_totals);
+  totals.damaged_rows = damages_.count();
   for (const char* file : {"", "-wal"}) {
     std::error_code missing;
     const auto bytes = std::filesystem::file_size(path_ + file, missing);

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "db/sqlite/damages.h"
 #include "db/sqlite/file_lock.h"
 #include "db/sqlite/file_watch.h"
 #include "db/sqlite/player_frontiers.h"
@@ -31,6 +32,7 @@ class SqliteStore final : public Store {
   AddedScenario add_scenario(const ScenarioRecord& scenario) override;
   bool delete_scenario(std::string_view id) override;
   std::optional<ScenarioRecord> scenario(std::string_view id) const override;
+  std::optional<WorldVersion> world_of(std::string_view scenario) const override;
   Page<ScenarioRecord> scenarios(std::size_t limit, std::string_view cursor) const override;
   std::vector<std::string> scenarios_without_pilot() const override;
   bool set_pilot(std::string_view id, const PilotTally& pilot) override;
@@ -72,6 +74,7 @@ class SqliteStore final : public Store {
 
   // --- Service ---------------------------------------------------------------------------------
   std::string last_error() const override;
+  std::vector<std::string> damages() const override;
   StoreTotals totals() const override;
   void backup(const std::string& path) const override;
   std::vector<std::string> check() const override;
@@ -94,6 +97,8 @@ class SqliteStore final : public Store {
   // In the order in which they are needed: the last reader closes before the writer's connection, which then
   // folds the write-ahead log into the file; the lock goes last.
   std::string path_;
+  mutable Damages damages_;
+  const Readers::Damage note_ = [this](const std::string& damage) { damages_.note(damage); };
   std::unique_ptr<FileLock> lock_;
   PlayerFrontiers frontiers_;       ///< the writer's thread's own, as the next
   std::optional<FileWatch> watch_;  ///< once it is open for writing

@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <string>
+
+#include "db/sqlite/seals.h"
 
 namespace retake::database {
 namespace {
@@ -36,54 +40,117 @@ std::int64_t door_from(std::int64_t weight) {
 /// The least door beyond which no more than kMissing of all weight lies. Requires: something counts.
 std::int64_t find_door(Connection& connection, const Stock& stock) {
   const double allowed = kMissing * static_cast<double>(stock.weight);
-  Query heaviest(connection,
-                 "SELECT weight FROM sample INDEXED BY sample_by_heft WHERE scenario = ? AND shelf <= 1"
-                 " ORDER BY weight DESC",
-                 stock.scenario);
+  static const std::string sql =
+      "SELECT " + unsound_in(sample_seal(), "weight", "weight") +
+      ", weight FROM sample INDEXED BY sample_by_heft WHERE scenario = ? AND shelf <= 1"
+      " ORDER BY weight DESC";
+  Query heaviest(connection, sql, stock.scenario);
   // Of those looked at so far: with the door at d, not above any of them, sum - count * d lies beyond it.
   double sum = 0, count = 0;
   while (heaviest.next()) {
+    if (read_unsound(sample_seal(), heaviest)) continue;
     const double weight = heaviest.real();
     if (sum - count * weight > allowed) break;
     sum += weight;
     ++count;
   }
-  return door_from(static_cast<std::int64_t>(std::ceil((sum - allowed) / count)));
+  return count == 0 ? stock.door : door_from(static_cast<std::int64_t>(std::ceil((sum - allowed) / count)));
 }
 
-/// Counts anew what the players have seen of the even shelf.
-void recount_players(Connection& connection, std::int64_t scenario) {
-  run(connection,
-      "UPDATE player SET seen_even = (SELECT count(*) FROM seen CROSS JOIN sample ON sample.row = seen.sample"
-      " WHERE seen.player = player.row AND shelf = 0) WHERE scenario = ?",
-      scenario);
+/// Sets every sample of a scenario aside that is damaged itself. Cells of the wrong type are given theirs,
+/// as SQLite changes no row with such a cell; the seal still tells that they are damaged.
+void set_damaged_aside(Connection& connection, std::int64_t scenario) {
+  static const std::string sql =
+      "UPDATE sample SET shelf = ?1, seal = reseal(seal, " + std::to_string(part_of(sample_seal(), "shelf")) +
+      ", ?1),"
+      // Of which chain it was nobody knows; any will do.
+      " iteration = iif(sample.chain IN (SELECT row FROM chain), CAST(coalesce(iteration, 0) AS INTEGER), "
+      "-row),"
+      " chain = iif(sample.chain IN (SELECT row FROM chain), sample.chain,"
+      " (SELECT max(row) FROM chain WHERE scenario = ?2)),"
+      " replica = CAST(coalesce(replica, 0) AS INTEGER), weight = CAST(coalesce(weight, 0) AS INTEGER),"
+      " log_prior = CAST(coalesce(log_prior, 0) AS REAL),"
+      " log_constraint = CAST(coalesce(log_constraint, 0) AS REAL),"
+      " duration = CAST(coalesce(duration, 0) AS REAL), measures = CAST(coalesce(measures, '') AS TEXT),"
+      " digest = CAST(coalesce(digest, '') AS TEXT),"
+      " created_at = CAST(coalesce(created_at, 0) AS INTEGER), plays = CAST(coalesce(plays, 0) AS INTEGER),"
+      " chance = CAST(coalesce(chance, 0) AS REAL), pass = CAST(coalesce(pass, 0) AS REAL)"
+      " WHERE scenario = ?2 AND shelf IS NOT ?1 AND " +
+      unsound_in(sample_seal(), "scenario", "pass") + " IS NOT NULL";
+  const auto aside = static_cast<std::int64_t>(Shelf::damaged);
+  try {
+    run(connection, sql, aside, scenario);
+  } catch (const DatabaseError&) {
+    // An index may not know what its row says now.
+    run(connection, "REINDEX sample");
+    run(connection, sql, aside, scenario);
+  }
 }
 
 }  // namespace
 
-std::optional<Stock> load_stock(Connection& connection, std::int64_t scenario) {
-  Query query(connection,
-              "SELECT samples, counted, even, learning, unplayed, unplayed_learning, plays, weight, door,"
-              " door_counted, time FROM stock WHERE scenario = ?",
-              scenario);
-  if (!query.next()) return std::nullopt;
+Stock load_stock(Connection& connection, std::int64_t scenario) {
+  static const std::string sql =
+      "SELECT " + unsound_in(stock_seal()) +
+      ", samples, counted, even, learning, unplayed, unplayed_learning, plays, weight, door, door_counted,"
+      " time FROM stock WHERE scenario = ?";
   Stock stock;
   stock.scenario = scenario;
-  for (std::int64_t* count :
-       {&stock.samples, &stock.counted, &stock.even, &stock.learning, &stock.unplayed,
-        &stock.unplayed_learning, &stock.plays, &stock.weight, &stock.door, &stock.door_counted})
-    *count = query.integer();
-  stock.time = query.real();
+  {
+    Query query(connection, sql, scenario);
+    if (query.next() && !read_unsound(stock_seal(), query)) {
+      for (std::int64_t* count :
+           {&stock.samples, &stock.counted, &stock.even, &stock.learning, &stock.unplayed,
+            &stock.unplayed_learning, &stock.plays, &stock.weight, &stock.door, &stock.door_counted})
+        *count = query.integer();
+      stock.time = query.real();
+      return stock;
+    }
+  }
+  survey_stock(connection, stock);
   return stock;
 }
 
 void save_stock(Connection& connection, const Stock& stock) {
+  static const std::string sql = "REPLACE " + insert_sealed(stock_seal());
+  run(connection, sql, stock.scenario, stock.samples, stock.counted, stock.even, stock.learning,
+      stock.unplayed, stock.unplayed_learning, stock.plays, stock.weight, stock.door, stock.door_counted,
+      stock.time);
+}
+
+void survey_stock(Connection& connection, Stock& stock) {
+  set_damaged_aside(connection, stock.scenario);
+  stock.time = 0;
+  {
+    Query query(connection,
+                "SELECT count(*), count(*) FILTER (WHERE shelf <= 1), count(*) FILTER (WHERE shelf = 0),"
+                " count(*) FILTER (WHERE shelf = 2), count(*) FILTER (WHERE shelf <= 1 AND plays = 0),"
+                " count(*) FILTER (WHERE shelf = 2 AND plays = 0), coalesce(sum(plays), 0),"
+                " coalesce(sum(weight) FILTER (WHERE shelf <= 1), 0),"
+                " coalesce(min(pass) FILTER (WHERE shelf <= 1), 0)"
+                " FROM sample INDEXED BY sample_by_scenario WHERE scenario = ? AND shelf <= 3",
+                stock.scenario);
+    query.next();
+    for (std::int64_t* count : {&stock.samples, &stock.counted, &stock.even, &stock.learning, &stock.unplayed,
+                                &stock.unplayed_learning, &stock.plays, &stock.weight})
+      *count = query.integer();
+    stock.time = query.real();
+  }
+  stock.door_counted = 0;
+  settle_door(connection, stock);
+  save_stock(connection, stock);
+  recount_players(connection, stock.scenario, std::nullopt);
+}
+
+void recount_players(Connection& connection, std::int64_t scenario, std::optional<std::int64_t> player) {
   run(connection,
-      "UPDATE stock SET samples = ?, counted = ?, even = ?, learning = ?, unplayed = ?,"
-      " unplayed_learning = ?, plays = ?, weight = ?, door = ?, door_counted = ?, time = ? WHERE scenario = "
-      "?",
-      stock.samples, stock.counted, stock.even, stock.learning, stock.unplayed, stock.unplayed_learning,
-      stock.plays, stock.weight, stock.door, stock.door_counted, stock.time, stock.scenario);
+      "UPDATE player SET (seen, seen_even, seen_learning, seal) = (SELECT count(*) FILTER (WHERE shelf <= 1),"
+      " count(*) FILTER (WHERE shelf = 0), count(*) FILTER (WHERE shelf = 2),"
+      " reseal(player.seal, 2, count(*) FILTER (WHERE shelf <= 1), 3, count(*) FILTER (WHERE shelf = 0),"
+      " 4, count(*) FILTER (WHERE shelf = 2))"
+      " FROM seen CROSS JOIN sample ON sample.row = seen.sample WHERE seen.player = player.row)"
+      " WHERE scenario = ?1 AND coalesce(?2, row) = row AND typeof(name) = 'text'",
+      scenario, player);
 }
 
 Shelf shelf_of(const Stock& stock, std::uint64_t weight, double chance) {
@@ -118,10 +185,12 @@ bool settle_door(Connection& connection, Stock& stock) {
   const std::int64_t door = find_door(connection, stock);
   if (door == stock.door) return false;
   stock.door = door;
-  const bool moved = run(connection,
-                         "UPDATE sample SET shelf = 1 - shelf WHERE scenario = ? AND shelf <= 1"
-                         " AND shelf <> (chance * ? >= weight)",
-                         stock.scenario, door) > 0;
+  static const std::string sql =
+      "UPDATE sample SET shelf = 1 - shelf, seal = reseal(seal, " +
+      std::to_string(part_of(sample_seal(), "shelf")) +
+      ", 1 - shelf) WHERE scenario = ? AND shelf <= 1 AND shelf <> (chance * ? >= weight) AND " +
+      unsound_in(sample_seal(), "scenario", "pass") + " IS NULL";
+  const bool moved = run(connection, sql, stock.scenario, door) > 0;
   if (!moved) return false;
   {
     Query query(connection,
@@ -130,7 +199,7 @@ bool settle_door(Connection& connection, Stock& stock) {
     query.next();
     stock.even = query.integer();
   }
-  recount_players(connection, stock.scenario);
+  recount_players(connection, stock.scenario, std::nullopt);
   return true;
 }
 

@@ -17,6 +17,7 @@ enum class Shelf : std::int64_t {
   rest = 1,  ///< the others that count
   learning = 2,  ///< weight 0
   apart = 3,     ///< of another law (the paper's ratios): never handed out
+  damaged = 4,   ///< never handed out, and no part of the stock
 };
 
 /// A row of the table.
@@ -34,7 +35,8 @@ struct Stock {
   std::int64_t door_counted = 0;  ///< how many counted when the door was set
   double time = 0;                ///< of plays without a player; see below
 };
-std::optional<Stock> load_stock(Connection& connection, std::int64_t scenario);
+/// One that is damaged is counted anew. Requires: the scenario is there.
+Stock load_stock(Connection& connection, std::int64_t scenario);
 void save_stock(Connection& connection, const Stock& stock);
 
 /// A sample's place: its shelf, by a chance of its own, and when it comes up without a player. Those plays
@@ -51,6 +53,11 @@ Shelf shelf_of(const Stock& stock, std::uint64_t weight, double chance);
 
 /// Counts a sample on a shelf, or (`times` -1) no more.
 void count(Stock& stock, Shelf shelf, std::uint64_t weight, bool is_played, int times);
+
+/// Counts everything of a scenario anew, after damaged samples have been set aside. Reads all of its samples.
+void survey_stock(Connection& connection, Stock& stock);
+/// Counts anew what one player has seen, or (none) all of a scenario.
+void recount_players(Connection& connection, std::int64_t scenario, std::optional<std::int64_t> player);
 
 /// Sets the door anew once a quarter more samples count than when it was set: at the least weight, of a
 /// coarse scale, of which what is heavier holds no more than a hundredth of all weight beyond it. From

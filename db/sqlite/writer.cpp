@@ -159,7 +159,7 @@ void Writer::commit(Group group) {
     for (auto& job : group)
       run_alone(*job, last_failure);
     // A commit that changes nothing would not reach the disk, and so not flush the plays before it.
-    if (!only_plays && flush_at_) run(*connection_, "UPDATE flush SET count = count + 1");
+    if (!only_plays && flush_at_) run(*connection_, "UPDATE flush SET count = count IS NOT 1");
     transaction.commit();
     if (!only_plays) {
       flush_at_.reset();
@@ -250,7 +250,7 @@ void Writer::flush_plays() {
   try {
     write_durably(true);
     Transaction transaction(*connection_, Transaction::Kind::write);
-    database::run(*connection_, "UPDATE flush SET count = count + 1");
+    database::run(*connection_, "UPDATE flush SET count = count IS NOT 1");
     transaction.commit();
     flush_at_.reset();
   } catch (const std::exception& error) {

@@ -105,7 +105,7 @@ void add_chain_routes(HttpServer& server, Api& api) {
     const std::string cursor = query.text("cursor", "");
     query.finish();
     const std::string& id = request.path_values.at("id");
-    if (!api.store.scenario(id)) throw not_found("scenario", id);
+    if (!api.store.world_of(id)) throw not_found("scenario", id);
     const Page<ChainRecord> page = listed([&] { return api.runner.chains(id, limit, cursor); });
     json body = chains_json(api, page.records);
     if (!page.next_cursor.empty()) body["next_cursor"] = page.next_cursor;
@@ -115,7 +115,7 @@ void add_chain_routes(HttpServer& server, Api& api) {
   server.route("GET", "/v1/scenarios/{id}/lessons", [&api](const HttpRequest& request) {
     QueryFields(request).finish();
     const std::string& id = request.path_values.at("id");
-    if (!api.store.scenario(id)) throw not_found("scenario", id);
+    if (!api.store.world_of(id)) throw not_found("scenario", id);
     return json_response(lessons_json(api.store.lessons(id)));
   });
 

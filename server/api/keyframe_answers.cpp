@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 
 namespace retake {
@@ -31,23 +30,17 @@ void check_size(const Animation& animation, double rate, std::size_t most_number
 
 }  // namespace
 
-HttpProblem damaged_sample(const std::string& id, const char* fault) {
-  std::fprintf(stderr, "retake: sample %s: %s\n", id.c_str(), fault);
-  return HttpProblem(500, "damaged-sample", "The stored sample is damaged",
-                     "Sample " + id + " is damaged in the store; `retake check` lists every such sample.");
-}
-
 AnimationWriter animation_writer(Api& api, const SampleRecord& sample, const Format& format, double rate) {
-  const auto scenario = api.store.scenario(sample.scenario);
+  const auto world = api.store.world_of(sample.scenario);
   const std::optional<std::string> bytes = api.store.sample_animation(sample.id);
-  if (!scenario || !bytes) throw not_found("sample", sample.id);
+  if (!world || !bytes) throw not_found("sample", sample.id);
   const std::shared_ptr<void> place = api.documents.take(decoded_bytes(*bytes));
   if (!place)
     throw HttpProblem(503, "unavailable", "The server is busy", "Too many large animations are being sent.",
                       {}, {{"Retry-After", "2"}});
   const auto animation = std::make_shared<const Animation>(decode_stored(sample.id, bytes, decode_animation));
   check_size(*animation, rate, api.limits.most_keyframe_numbers);
-  KeyframeHead head = keyframe_head(*animation, sample.id, scenario->world, scenario->world_version);
+  KeyframeHead head = keyframe_head(*animation, sample.id, world->name, world->version);
   // The place is given back last.
   return [&api, &format, place, animation, head = std::move(head), rate](const StreamSink& sink) {
     return format.write(*animation, head, rate, api.documents.hurried(sink));

@@ -39,7 +39,7 @@ void add_sample_routes(HttpServer& server, Api& api) {
     const SampleOrder order = read_order(query);
     query.finish();
     const std::string& id = request.path_values.at("id");
-    if (!api.store.scenario(id)) throw not_found("scenario", id);
+    if (!api.store.world_of(id)) throw not_found("scenario", id);
     const Page<SampleRecord> page = listed([&] { return api.store.samples(id, order, limit, cursor); });
     json views = json::array();
     for (const SampleRecord& record : page.records)

@@ -1,4 +1,5 @@
 // Routes of the service itself: health, readiness, metrics, limits.
+#include <algorithm>
 #include <sstream>
 
 #include "server/api/api.h"
@@ -43,6 +44,8 @@ std::string metrics_text(const Api& api) {
   metrics.single("store_bytes", "gauge", "Bytes of the store's files.", store.file_bytes);
   metrics.single("store_queued_commits", "gauge", "Writes that wait for the writer.", store.queued_commits);
   metrics.single("store_failed_commits_total", "counter", "Writes that failed.", store.failed_commits);
+  metrics.single("store_damaged_rows", "gauge",
+                 "Rows met since the start that are damaged; they are left out.", store.damaged_rows);
   metrics.single("chains_live", "gauge", "Chains that are being stepped.", runner.live_chains);
   metrics.single("iterations_total", "counter", "Iterations of all chains since the start.",
                  runner.iterations);
@@ -60,6 +63,29 @@ std::string metrics_text(const Api& api) {
   return metrics.text();
 }
 
+/// What is set apart, the first few by name.
+std::string detail_of(const std::vector<std::string>& damages, std::uint64_t count) {
+  constexpr std::size_t kMostNamed = 10;  // chosen: what fits into an operator's alert
+  std::string detail = std::to_string(count) + " damaged rows are left out; `retake check` names them all";
+  for (std::size_t i = 0; i < std::min(damages.size(), kMostNamed); ++i)
+    detail += (i == 0 ? ": " : "; ") + damages[i];
+  return detail + (damages.size() > kMostNamed ? "; …" : "") + ".";
+}
+
+/// What lasts is told as such, and not as something to be tried again.
+std::optional<HttpProblem> lasting_problem(const std::runtime_error& error) {
+  if (dynamic_cast<const Damaged*>(&error))
+    return HttpProblem(410, "damaged", "What is asked for is damaged in the store",
+                       std::string(error.what()) + ". It is set apart for good; everything else goes on.");
+  if (dynamic_cast<const OtherVersion*>(&error))
+    return HttpProblem(409, "other-world-version", "The scenario's world has another version here",
+                       std::string("The scenario cannot be simulated: ") + error.what() + ".");
+  if (dynamic_cast<const RefusedDocument*>(&error))
+    return HttpProblem(409, "refused-document", "The scenario's document is refused here",
+                       std::string(error.what()) + ". Its samples play on.");
+  return std::nullopt;
+}
+
 }  // namespace
 
 void add_service_routes(HttpServer& server, Api& api) {
@@ -72,7 +98,10 @@ void add_service_routes(HttpServer& server, Api& api) {
     QueryFields(request).finish();
     if (const std::string error = api.store.last_error(); !error.empty())
       throw HttpProblem(503, "store-failing", "The store cannot write", error, {}, {{"Retry-After", "5"}});
-    return json_response({{"status", "ready"}});
+    json view = {{"status", "ready"}};
+    if (const std::vector<std::string> damages = api.store.damages(); !damages.empty())
+      view["detail"] = detail_of(damages, api.store.totals().damaged_rows);
+    return json_response(view);
   });
 
   server.route("GET", "/metrics", [&api](const HttpRequest& request) {
@@ -105,6 +134,7 @@ void add_service_routes(HttpServer& server, Api& api) {
 }
 
 void add_all_routes(HttpServer& server, Api& api) {
+  server.explain(lasting_problem);
   add_world_routes(server, api);
   add_scenario_routes(server, api);
   add_chain_routes(server, api);

@@ -70,9 +70,7 @@ void Runner::resume_stored() {
   std::map<std::string, bool> has_world;  // by scenario
   for (const ChainRecord& record : store_.chains_in_states({ChainState::paused, ChainState::failed})) {
     const auto [known, is_new] = has_world.try_emplace(record.scenario, true);
-    if (is_new)
-      if (const auto scenario = store_.scenario(record.scenario))
-        known->second = library_.has_world_of(*scenario);
+    if (is_new) known->second = has_world_if_sound(record.scenario);
     if (!known->second) try_set_state(record.id, ChainState::finished, kEndedByVersion, record.error);
   }
   for (const ChainRecord& record : store_.chains_in_states({ChainState::queued, ChainState::running})) {
@@ -100,6 +98,14 @@ void Runner::try_set_state(std::string_view id, ChainState state, std::string_vi
     std::fprintf(stderr, "retake: chain %s cannot be said to have %s: %s\n", std::string(id).c_str(),
                  std::string(to_string(state)).c_str(), reason.what());
   }
+}
+
+/// Of a damaged scenario nobody knows; its chains stay as they are.
+bool Runner::has_world_if_sound(std::string_view scenario) const try {
+  const auto record = store_.scenario(scenario);
+  return !record || library_.has_world_of(*record);
+} catch (const Damaged&) {
+  return true;
 }
 
 void Runner::add(const std::vector<ChainRecord>& chains) {
@@ -171,7 +177,11 @@ void Runner::set_state(std::string_view id, ChainState state, std::string_view e
       unsaved_failures_.erase(found);
   }
   events_.chain_changed(id);
-  if (const auto record = store_.chain(id)) events_.scenario_changed(record->scenario);
+  try {
+    if (const auto record = store_.chain(id)) events_.scenario_changed(record->scenario);
+  } catch (const Damaged&) {
+    // Whoever asks for it is told.
+  }
 }
 
 // --- What clients ask ---------------------------------------------------------------------------

@@ -147,6 +147,7 @@ class Runner {
   void fail(const std::shared_ptr<Live>& live, const std::string& error);
   std::unique_ptr<ChainRun> make_run(const ChainRecord& record) const;
   void make_live(const ChainRecord& record);
+  bool has_world_if_sound(std::string_view scenario) const;
   void set_state(std::string_view id, ChainState state, std::string_view ended_by, std::string_view error);
   void try_set_state(std::string_view id, ChainState state, std::string_view ended_by,
                      std::string_view error);

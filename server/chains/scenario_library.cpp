@@ -64,6 +64,8 @@ std::shared_ptr<const Scenario> ScenarioLibrary::find_runnable(std::string_view 
     return nullptr;
   } catch (const RefusedDocument&) {
     return nullptr;
+  } catch (const Damaged&) {
+    return nullptr;
   }
 }
 

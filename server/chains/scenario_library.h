@@ -49,9 +49,10 @@ class ScenarioLibrary {
   explicit ScenarioLibrary(const Store& store, std::vector<const World*> offered = worlds())
       : store_(store), offered_(std::move(offered)) {}
   bool has_world_of(const ScenarioRecord& record) const { return retake::has_world_of(record, offered_); }
-  /// Null if there is no such scenario. Throws: as compile_stored.
+  /// Null if there is no such scenario. Throws: as compile_stored; Damaged.
   std::shared_ptr<const Scenario> find(std::string_view id);
-  /// Null also for one that this build cannot run: its world has another version here or refuses it.
+  /// Null also for one that this build cannot run: its world has another version here or refuses it, or it
+  /// is damaged.
   std::shared_ptr<const Scenario> find_runnable(std::string_view id);
   void forget(std::string_view id);
 

@@ -152,6 +152,9 @@ Exit serve(const ServeOptions& options) {
   store_options.tell = [](const std::string& error) {
     std::fprintf(stderr, "retake: %s\n", error.empty() ? "the store can be written again" : error.c_str());
   };
+  store_options.on_damage = [](const std::string& damage) {
+    std::fprintf(stderr, "retake: %s\n", damage.c_str());
+  };
   const auto opened = open_store(options.store, store_options);
   Store& store = *opened;
   ScenarioLibrary library(store);

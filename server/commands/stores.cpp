@@ -86,6 +86,8 @@ Exit verify(const VerifyOptions& options) {
       return true;
     } catch (const DamagedAnimation& fault) {
       trouble = fault.what();
+    } catch (const Damaged& damage) {
+      trouble = damage.what();
     }
     ++(identical ? same : different);
     if (!identical) std::printf("%s: %s\n", record.id.c_str(), trouble.c_str());
@@ -110,7 +112,10 @@ Exit verify(const VerifyOptions& options) {
 }
 
 Exit export_samples(const ExportOptions& options) {
-  const auto opened = open_store(options.store, {.read_only = true});
+  const auto opened =
+      open_store(options.store, {.read_only = true, .on_damage = [](const std::string& damage) {
+                                   std::fprintf(stderr, "retake: %s\n", damage.c_str());
+                                 }});
   const Store& store = *opened;
   const auto scenario = store.scenario(options.scenario);
   if (!scenario) throw std::runtime_error("there is no scenario " + options.scenario);
@@ -118,8 +123,13 @@ Exit export_samples(const ExportOptions& options) {
   const Format& format = formats().front();
   std::uint64_t written = 0;
   each_sample(store, scenario->id, [&](const SampleRecord& record) {
-    const auto bytes = store.sample_animation(record.id);
-    if (!bytes) return true;  // deleted meanwhile
+    std::optional<std::string> bytes;
+    try {
+      bytes = store.sample_animation(record.id);
+    } catch (const Damaged&) {
+      // It is told as it is met.
+    }
+    if (!bytes) return true;  // deleted meanwhile, or damaged
     const Animation animation = decode_animation(*bytes);
     const KeyframeHead head = keyframe_head(animation, record.id, scenario->world, scenario->world_version);
     const std::filesystem::path path =
@@ -159,6 +169,8 @@ Exit check(const std::string& path) {
       try {
         decode_animation(store.sample_animation(record.id).value_or(""));
         decode_state(store.sample_state(record.id).value_or(""));
+      } catch (const Damaged&) {
+        // It is among those above.
       } catch (const DamagedAnimation& fault) {
         ++faults;
         std::printf("sample %s: %s\n", record.id.c_str(), fault.what());

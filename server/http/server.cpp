@@ -69,7 +69,8 @@ HttpProblem invalid_problem(const InvalidRequest& invalid) {
 }
 
 /// Runs a handler and turns whatever it throws into a problem.
-HttpResponse call(const HttpHandler& handler, const HttpRequest& request) {
+HttpResponse call(const HttpHandler& handler, const HttpRequest& request,
+                  const HttpServer::Explain& explain) {
   try {
     return handler(request);
   } catch (const HttpProblem& problem) {
@@ -77,6 +78,8 @@ HttpResponse call(const HttpHandler& handler, const HttpRequest& request) {
   } catch (const InvalidRequest& invalid) {
     return problem_response(invalid_problem(invalid));
   } catch (const std::runtime_error& error) {
+    if (explain)
+      if (const auto problem = explain(error)) return problem_response(*problem);
     log_failure(request, "unavailable", error.what());
     return problem_response(
         unavailable_problem("Something that the server depends on failed; try again later."));
@@ -153,6 +156,7 @@ class HttpServer::Implementation {
     return counters;
   }
 
+  Explain explain;
   RouteTable& routes() { return routes_; }
   HttpListener& listener() { return listener_; }
 
@@ -162,7 +166,7 @@ class HttpServer::Implementation {
     if (request.path == "*") match.allowed_methods = "GET, HEAD, POST, PUT, PATCH, DELETE, OPTIONS";
     if (match.handler) {
       request.path_values = std::move(match.path_values);
-      return call(*match.handler, request);
+      return call(*match.handler, request, explain);
     }
     if (match.allowed_methods.empty())
       return problem_response(
@@ -259,6 +263,9 @@ HttpServer::~HttpServer() = default;
 
 void HttpServer::route(std::string_view method, std::string_view pattern, HttpHandler handler) {
   implementation_->routes().add(method, pattern, std::move(handler));
+}
+void HttpServer::explain(Explain explain) {
+  implementation_->explain = std::move(explain);
 }
 std::vector<std::pair<std::string, std::string>> HttpServer::routes() const {
   return implementation_->routes().list();

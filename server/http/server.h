@@ -3,13 +3,17 @@
 // connection_queue.h see it. It must not know what a scenario is; routes are given to it.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "server/http/message.h"
+#include "server/http/problem.h"
 #include "server/http/settings.h"
 
 namespace retake {
@@ -25,6 +29,10 @@ class HttpServer {
   /// `pattern` is a path whose {name} segments match one segment each: "/v1/scenarios/{id}/chains".
   /// A GET route serves HEAD too. A path with routes answers other methods with 405 and Allow.
   void route(std::string_view method, std::string_view pattern, HttpHandler handler);
+
+  /// How faults that routes throw and HTTP does not know are told; none: as the server's own failure.
+  using Explain = std::function<std::optional<HttpProblem>(const std::runtime_error&)>;
+  void explain(Explain explain);
 
   /// Method and pattern of every route.
   std::vector<std::pair<std::string, std::string>> routes() const;

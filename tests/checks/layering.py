@@ -43,7 +43,8 @@ LIBRARIES = {
     r"nlohmann/.*": (("worlds", "server"), None),
     r"CLI/.*": (("server/commands",), 1),
     r"bt.*|.*[bB]ullet.*": (("worlds/rigid", "worlds/bowling"), 4),
-    r"zstd\.h|xxhash\.h": (("worlds",), 2),
+    r"zstd\.h": (("worlds",), 1),
+    r"xxhash\.h": (("worlds", "db/sqlite"), 3),
     r"z(lib|conf)\.h|brotli/.*|openssl/.*": (("server",), 3),
 }
 # Files -> headers that "It must not know" at their heads rules out.

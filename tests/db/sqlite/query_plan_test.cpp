@@ -51,6 +51,7 @@ TEST(StoreQueryPlans, every_statement_of_a_request_goes_by_an_index) {
   // Everything that requests and chains run.
   database::load_scenario(*connection, "s");
   database::load_scenarios(*connection, 10, "");
+  database::load_world_of(*connection, "s");
   database::count_samples(*connection, "s");
   database::load_scenarios_without_pilot(*connection);
   database::write_pilot(*connection, "s", {});

@@ -283,6 +283,48 @@ TEST(StoreMigrations, a_file_of_version_1_keeps_what_it_holds) {
   EXPECT_EQ(store.chain("c")->counters.rungs.size(), 1u);
 }
 
+// What was damaged before cells were sealed is not sealed as if it were sound.
+TEST(StoreMigrations, a_file_of_every_earlier_version_opens_and_what_cannot_be_true_in_it_is_named) {
+  for (std::size_t version = 1; version < database::migrations().size(); ++version) {
+    SCOPED_TRACE(version);
+    TemporaryDirectory directory;
+    {
+      Connection connection(directory.file(), Connection::Access::create);
+      database::migrate(connection, database::migrations().first(version));
+      connection.execute(R"sql(
+        INSERT INTO scenario (row, id, world, world_version, title, document, created_at)
+          VALUES (1, 's', 'bowling', 3, 'Old', '{}', 5), (2, 't', 'bowling', 3, 'Bent', '{', 5);
+        INSERT INTO chain (row, id, scenario, position, seed, method, ratios, settings, state, iteration,
+          accepted, samples, simulations, failed_simulations, simulated_seconds, run_seconds,
+          iterations_per_second, ended_by, error, created_at)
+          VALUES (1, 'c', 1, 2, 7, 'metropolis', 'exact', '', 'paused', 11, 12, 13, 14, 15, 1.5, 2.5, 3.5, '', '', 6),
+                 (2, 'd', 1, 2, 7, 'metropolix', 'exact', '', 'running', 11, 12, 13, 14, 15, 1.5, 2.5, 3.5, '', '', 6);
+        INSERT INTO sample (row, scenario, chain, iteration, replica, weight, log_prior, log_constraint, duration,
+          measures, digest, created_at) VALUES (1, 1, 1, 10, 0, 4, -1, -2, 3, '{}', 'd', 7),
+          (2, 1, 1, 11, 0, -5, -1, -2, 3, '{}', 'd', 7), (3, 1, 1, 12, 0, 1, -1, -2, 3, '{', 'd', 7);
+        INSERT INTO sample_blob VALUES (1, x'02', x'03'), (2, x'02', x'03'), (3, x'02', x'03'))sql");
+      connection.execute(version < 3
+                             ? "INSERT INTO stock (scenario, samples, unplayed) VALUES (1, 3, 3), (2, 0, 0)"
+                             : "INSERT INTO stock (scenario, samples, counted, unplayed, even, weight)"
+                               " VALUES (1, 3, 3, 3, 3, 0), (2, 0, 0, 0, 0, 0)");
+    }
+    database::SqliteStore store(directory.file(), prompt());
+    std::string faults;
+    for (const auto& line : store.check())
+      faults += line + "\n";
+    for (const char* named : {"scenario t is damaged: document", "chain d is damaged: method",
+                              "sample c-11 is damaged: weight", "sample c-12 is damaged: measures"})
+      EXPECT_NE(faults.find(named), std::string::npos) << named << " is not in\n" << faults;
+    EXPECT_EQ(store.scenarios(10, "").records.size(), 1u);
+    EXPECT_EQ(store.chains("s").size(), 1u);
+    EXPECT_EQ(ids_of(store.samples("s", SampleOrder::oldest, 10, "").records),
+              std::vector<std::string>{"c-10"});
+    EXPECT_EQ(store.play("s", "alice", "")->sample.id, "c-10");
+    EXPECT_FALSE(store.play("s", "alice", "", Repeats::refused));
+    EXPECT_EQ(store.scenario("s")->failed, 1u);
+  }
+}
+
 TEST(StoreMigrations, a_script_that_fails_leaves_the_file_as_it_was) {
   TemporaryDirectory directory;
   Connection connection(directory.file(), Connection::Access::create);

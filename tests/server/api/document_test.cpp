@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "db/open_store.h"
+#include "db/sqlite/connection.h"
 #include "server/api/api.h"
 #include "tests/server/api/bad_input.h"
 #include "tests/server/api/event_stream.h"
@@ -317,6 +318,19 @@ TEST_F(ApiDocumented, Every_answer_is_documented_and_every_documented_key_is_ans
   for (const auto& [name, shape] : api_document().events)
     events.insert(name);
   EXPECT_EQ(told, events);
+
+  // What a damaged store says of itself.
+  const TemporaryFolder hurt;
+  {
+    Daemon before(hurt.path());
+    before.add_scenario(prior_document());
+    ASSERT_EQ(before.terminate(), 0);
+  }
+  database::Connection((hurt / "retake.db").string(), database::Connection::Access::write)
+      .execute("UPDATE scenario SET document = '{'");
+  const Daemon after(hurt.path());
+  EXPECT_EQ(after.get("/v1/scenarios").json()["scenarios"].size(), 0);
+  EXPECT_EQ(differences(after.get("/readyz").json(), "Status"), "");
 
   std::set<std::string> documented, never;
   for (const auto& [name, shape] : api_document().shapes)

@@ -1,7 +1,6 @@
 // A store whose scenarios were made for another version of their world: what was found plays on, says that it
 // cannot be verified, and no chain walks on by other physics.
-#include <sqlite3.h>
-
+#include "db/sqlite/connection.h"
 #include "tests/server/api/shapes.h"
 #include "tests/server/daemon.h"
 
@@ -23,11 +22,8 @@ class ApiOtherVersion : public ::testing::Test {
     paused = chains[1];
     ASSERT_EQ(before.post("/v1/chains/" + paused + "/pause").status, 200);
     ASSERT_EQ(before.terminate(), 0);
-    sqlite3* file = nullptr;
-    ASSERT_EQ(sqlite3_open((folder / "retake.db").c_str(), &file), SQLITE_OK);
-    ASSERT_EQ(sqlite3_exec(file, "UPDATE scenario SET world_version = 1000", nullptr, nullptr, nullptr),
-              SQLITE_OK);
-    sqlite3_close(file);
+    database::Connection file((folder / "retake.db").string(), database::Connection::Access::write);
+    file.execute("UPDATE scenario SET world_version = 1000, seal = reseal(seal, 2, 1000)");
   }
 
   TemporaryFolder folder;
@@ -78,6 +74,31 @@ TEST_F(ApiOtherVersion, They_say_that_they_cannot_be_verified) {
   expect_refused(daemon.post("/v1/scenarios/" + scenario + "/chains"));
   expect_refused(daemon.get("/v1/scenarios/" + scenario + "/diagnostics"));
   expect_refused(daemon.get("/v1/chains/" + running + "/trace"));
+}
+
+TEST(ApiRefusedDocument, A_document_that_is_refused_now_is_a_reason_that_lasts_and_its_samples_play_on) {
+  const TemporaryFolder folder;
+  std::string scenario, sample;
+  {
+    Daemon before(folder.path());
+    scenario = before.add_stocked_scenario(wish_document(1, 0.2), 3);
+    sample = before.samples(scenario).at(0)["id"];
+    ASSERT_EQ(before.terminate(), 0);
+  }
+  database::Connection((folder / "retake.db").string(), database::Connection::Access::write)
+      .execute(
+          "UPDATE scenario SET document = replace(document, 'rest_position', 'rest_nowhere');"
+          "UPDATE scenario SET seal = reseal(seal, 4, document)");
+  const Daemon daemon(folder.path());
+  for (const Answer& answer : {daemon.post("/v1/scenarios/" + scenario + "/chains"),
+                               daemon.post("/v1/samples/" + sample + "/verify"),
+                               daemon.get("/v1/scenarios/" + scenario + "/diagnostics")}) {
+    EXPECT_EQ(answer.status, 409) << answer.body;
+    EXPECT_EQ(answer.json()["type"], "/problems/refused-document");
+    EXPECT_EQ(answer.header("retry-after"), "");
+  }
+  EXPECT_EQ(daemon.post("/v1/scenarios/" + scenario + "/plays", {{"include", "keyframes"}}).status, 201);
+  EXPECT_EQ(daemon.get("/v1/samples/" + sample + "/keyframes").status, 200);
 }
 
 TEST_F(ApiOtherVersion, The_command_that_verifies_counts_them_apart) {

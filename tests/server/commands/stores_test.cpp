@@ -378,9 +378,9 @@ TEST_F(StoreCommands, Damage_is_found_by_check_and_verify_and_never_served) {
   const std::vector<json> samples = next.samples(scenario);
   ASSERT_EQ(samples.size(), 10);
   const Answer answer = next.get("/v1/samples/" + samples[0]["id"].get<std::string>() + "/keyframes");
-  EXPECT_EQ(answer.status, 500);
+  EXPECT_EQ(answer.status, 410);
   EXPECT_EQ(differences(answer.json(), "Problem"), "");
-  EXPECT_EQ(answer.json()["type"], "/problems/damaged-sample");
+  EXPECT_EQ(answer.json()["type"], "/problems/damaged");
   EXPECT_EQ(answer.header("cache-control"), "no-store") << "a failure must not be kept for a year";
 }
 
