@@ -44,7 +44,8 @@ ChainStarter::Started ChainStarter::start(std::string_view scenario, const Chain
     const bool is_live = record.state == ChainState::queued || record.state == ChainState::running;
     return !is_live && Runner::may_go_on(record, wish.stop);
   });
-  if (runner_.counters().live_chains + fresh.size() + static_cast<std::size_t>(to_go_on) > most_live)
+  const std::size_t to_run = fresh.size() + static_cast<std::size_t>(to_go_on);
+  if (to_run > 0 && runner_.counters().live_chains + to_run > most_live)
     throw TooManyChains("more than " + std::to_string(most_live) + " chains would run");
 
   runner_.add(fresh);
