@@ -21,8 +21,8 @@ namespace retake {
 /// Thread safety: every method may be called from any thread. Writes are queued to one writer thread
 /// and committed in groups; a call that returns (or a future that is ready) says that its write is committed.
 /// Throws: StoreUnavailable when the disk fails (full, read-only, file gone); the next call tries again.
-/// Other StoreErrors last. Every row that is read is checked: Damaged where one that is asked
-/// for is not what was written; lists leave it out.
+/// Other StoreErrors last. Every row that is read is checked: Damaged where one that is asked for is not what
+/// was written; lists leave it out.
 class Store {
  public:
   Store() = default;

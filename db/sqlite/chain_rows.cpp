@@ -2,6 +2,7 @@
 // Realises doc/design.md, section 5.
 #include "db/sqlite/chain_rows.h"
 
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -31,14 +32,10 @@ std::string listed(const std::vector<std::string_view>& columns) {
   return list;
 }
 
-std::string part(std::string_view column) {
-  return std::to_string(part_of(chain_seal(), column));
-}
-
 /// A statement whose rows read_chain reads.
 std::string select_chains(std::string_view from) {
   return "SELECT chain.row, " + unsound_in(chain_seal()) + ", chain.id, scenario.id, " +
-         listed(columns_between("position", "attempts")) + " " + std::string(from);
+         listed(columns_between("position", "odds_largest")) + " " + std::string(from);
 }
 
 /// Calls `read` for the rows of a query that are sound.
@@ -54,7 +51,7 @@ void each_sound(Connection& connection, Query& query, const SealedTable& table, 
   }
 }
 
-/// Sets `row` to the chain's, damaged or not. Throws: Damaged.
+/// Sets `row` to the chain's, also where it is damaged. Throws: Damaged.
 ChainRecord read_chain(Connection& connection, Query& query, std::int64_t& row) {
   ChainRecord record;
   row = query.integer();
@@ -75,6 +72,7 @@ ChainRecord read_chain(Connection& connection, Query& query, std::int64_t& row) 
   visit_limits(
       [&]<typename Limit>(std::string_view, std::optional<Limit>& limit) { limit = query.optional<Limit>(); },
       record.stop);
+  record.attempts = query.count();
   ChainCounters& counters = record.counters;
   visit_counters(counters, [&]<typename Value>(const char*, Value& value) { value = query.number<Value>(); });
   counters.counted = query.count();
@@ -85,7 +83,6 @@ ChainRecord read_chain(Connection& connection, Query& query, std::int64_t& row) 
   counters.effective_samples = query.optional<double>();
   counters.is_learning = query.integer() != 0;
   counters.odds = read_odds(query);
-  record.attempts = query.count();
 
   static const std::string kernel_sql = "SELECT " + unsound_in(kernel_seal()) +
                                         ", name, proposed, accepted FROM chain_kernel WHERE chain = ?"
@@ -109,15 +106,24 @@ ChainRecord read_chain(Connection& connection, Query& query) {
   return read_chain(connection, query, row);
 }
 
-std::vector<ChainRecord> read_chains(Connection& connection, Query& query) {
-  std::vector<ChainRecord> records;
+/// Those that are sound, up to a limit: `row` is that of the last one looked at. True: there are more.
+bool read_sound_chains(Connection& connection, Query& query, std::size_t limit, std::int64_t& row,
+                       std::vector<ChainRecord>& records) {
   while (query.next()) {
+    if (records.size() == limit) return true;
     try {
-      records.push_back(read_chain(connection, query));
+      records.push_back(read_chain(connection, query, row));
     } catch (const Damaged& damage) {
       connection.tell_damage(damage.what());
     }
   }
+  return false;
+}
+
+std::vector<ChainRecord> read_chains(Connection& connection, Query& query) {
+  std::vector<ChainRecord> records;
+  std::int64_t row = 0;
+  read_sound_chains(connection, query, std::numeric_limits<std::size_t>::max(), row, records);
   return records;
 }
 
@@ -168,16 +174,27 @@ void write_stop(Connection& connection, std::int64_t chain, const StopRule& stop
   query.next();
 }
 
+/// With them the attempts without progress are over.
 void write_counters(Connection& connection, std::int64_t chain, const ChainCounters& counters) {
-  static const auto columns = columns_between("iteration", "odds_largest");
+  static const auto columns = columns_between("attempts", "odds_largest");
   static const std::string sql =
       "UPDATE chain SET " + set_sealed(chain_seal(), columns) + at_row_after(columns);
   Query query(connection, sql);
+  query.bind(0);
   bind_counters(query, counters);
   query.bind(chain);
   query.next();
   write_kernels(connection, chain, counters.kernels);
   write_rungs(connection, chain, counters.rungs);
+}
+
+/// A count that is damaged stays as it is.
+void count_attempt(Connection& connection, std::string_view id) {
+  static const std::string sql = "UPDATE chain SET attempts = attempts + 1, seal = reseal(seal, " +
+                                 std::to_string(part_of(chain_seal(), "attempts")) +
+                                 ", attempts + 1) WHERE id = ? AND " +
+                                 unsound_in(chain_seal(), "attempts", "attempts") + " IS NULL";
+  run(connection, sql, id);
 }
 
 }  // namespace
@@ -219,19 +236,9 @@ Page<ChainRecord> load_chains(Connection& connection, std::string_view scenario,
   if (limit == 0) return page;
   static const std::string sql = select_chains(
       "FROM chain INDEXED BY chain_by_scenario CROSS JOIN scenario ON scenario.row = chain.scenario"
-      " WHERE chain.scenario = ? AND chain.row > ? ORDER BY chain.row LIMIT ?");
-  Query query(connection, sql, from.scenario, from.row, limit + 1);
-  for (std::size_t looked_at = 0; query.next(); ++looked_at) {
-    if (looked_at == limit) {
-      page.next_cursor = encode(from);
-      break;
-    }
-    try {
-      page.records.push_back(read_chain(connection, query, from.row));
-    } catch (const Damaged& damage) {
-      connection.tell_damage(damage.what());
-    }
-  }
+      " WHERE chain.scenario = ? AND chain.row > ? ORDER BY chain.row");
+  Query query(connection, sql, from.scenario, from.row);
+  if (read_sound_chains(connection, query, limit, from.row, page.records)) page.next_cursor = encode(from);
   return page;
 }
 
@@ -280,8 +287,8 @@ bool insert_chain(Connection& connection, const ChainRecord& record) {
                    record.settings, record.lesson, record.created_at != 0 ? record.created_at : now(),
                    to_string(record.state), record.ended_by, record.error);
     bind_stop(query, record.stop);
+    query.bind(0);  // attempts
     bind_counters(query, record.counters);
-    query.bind_all(record.attempts);
     query.next();
   }
   const std::int64_t row = connection.last_inserted_row();
@@ -293,12 +300,10 @@ bool insert_chain(Connection& connection, const ChainRecord& record) {
 
 void update_chain_state(Connection& connection, std::string_view id, ChainState state,
                         std::string_view ended_by, std::string_view error) {
-  static const std::string attempts = "attempts + (?1 = 'running')";
   static const std::string sql =
-      "UPDATE chain SET state = ?1, ended_by = ?2, error = ?3, attempts = " + attempts +
-      ", seal = reseal(seal, " + part("state") + ", ?1, " + part("ended_by") + ", ?2, " + part("error") +
-      ", ?3, " + part("attempts") + ", " + attempts + ") WHERE id = ?4";
+      "UPDATE chain SET " + set_sealed(chain_seal(), {"state", "ended_by", "error"}) + " WHERE id = ?4";
   run(connection, sql, to_string(state), ended_by, error, id);
+  if (state == ChainState::running) count_attempt(connection, id);
   if (state == ChainState::finished) return_lesson_if_unused(connection, id);
 }
 
@@ -325,8 +330,8 @@ void set_damaged_chains_aside(Connection& connection) {
   // SQLite changes no row with a cell of the wrong type.
   std::string sql = "UPDATE chain SET " + set_sealed(chain_seal(), {"state", "error"});
   for (const char* column :
-       {"position", "seed", "lesson", "created_at", "iteration", "accepted", "samples", "simulations",
-        "failed_simulations", "counted", "is_learning", "odds_draws", "odds_hits"})
+       {"position", "seed", "lesson", "created_at", "attempts", "iteration", "accepted", "samples",
+        "simulations", "failed_simulations", "counted", "is_learning", "odds_draws", "odds_hits"})
     sql += std::string(", ") + column + " = CAST(coalesce(" + column + ", 0) AS INTEGER)";
   for (const char* column : {"simulated_seconds", "skipped_seconds", "run_seconds", "iterations_per_second",
                              "odds_sum", "odds_squares", "odds_largest"})
@@ -372,9 +377,6 @@ Written write_progress(Connection& connection, const ChainProgress& progress) {
 
   // Counters and state.
   write_counters(connection, chain.row, progress.counters);
-  static const std::string no_attempts = "UPDATE chain SET attempts = 0, seal = reseal(seal, " +
-                                         part("attempts") + ", 0) WHERE row = ? AND attempts > 0";
-  run(connection, no_attempts, chain.row);
   if (progress.state) {
     update_chain_state(connection, progress.chain, *progress.state, progress.ended_by, progress.error);
   }

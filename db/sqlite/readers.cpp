@@ -7,7 +7,8 @@
 
 namespace retake::database {
 
-Readers::Readers(const std::string& path, std::size_t count, Damage on_damage, Connection::Access access)
+Readers::Readers(const std::string& path, std::size_t count,
+                 std::function<void(const std::string&)> on_damage, Connection::Access access)
     : path_(path),
       count_(std::max<std::size_t>(count, 1)),
       on_damage_(std::move(on_damage)),

@@ -17,10 +17,9 @@ namespace retake::database {
 /// Thread safety: borrow may be called from any thread; it waits while all connections are lent.
 class Readers {
  public:
-  using Damage = std::function<void(const std::string&)>;  ///< told of what is damaged
-
   /// Opens the connections. Requires: the file is a store. Throws: DatabaseError.
-  Readers(const std::string& path, std::size_t count, Damage on_damage,
+  /// `on_damage` is told of what is damaged in the rows that are read.
+  Readers(const std::string& path, std::size_t count, std::function<void(const std::string&)> on_damage,
           Connection::Access access = Connection::Access::read);
   /// Opens others in their place, once all are given back. Throws: DatabaseError; nothing has changed then.
   void reopen();
@@ -49,7 +48,7 @@ class Readers {
 
   const std::string path_;
   const std::size_t count_;
-  const Damage on_damage_;
+  const std::function<void(const std::string&)> on_damage_;
   std::mutex mutex_;
   std::condition_variable returned_;
   Connections free_;

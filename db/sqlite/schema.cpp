@@ -294,7 +294,8 @@ UPDATE chain SET seal = seal(id, scenario, iif(position >= 0, position, NULL), i
   iif(stop_counted >= 0 OR stop_counted IS NULL, stop_counted, ''),
   iif(stop_iterations >= 0 OR stop_iterations IS NULL, stop_iterations, ''),
   iif(stop_seconds >= 0 OR stop_seconds IS NULL, stop_seconds, ''),
-  iif(stop_ess >= 0 OR stop_ess IS NULL, stop_ess, ''), iif(iteration >= 0, iteration, NULL),
+  iif(stop_ess >= 0 OR stop_ess IS NULL, stop_ess, ''), iif(attempts >= 0, attempts, NULL),
+  iif(iteration >= 0, iteration, NULL),
   iif(accepted >= 0, accepted, NULL), iif(samples >= 0, samples, NULL),
   iif(simulations >= 0, simulations, NULL), iif(failed_simulations >= 0, failed_simulations, NULL),
   iif(simulated_seconds >= 0, simulated_seconds, NULL), iif(skipped_seconds >= 0, skipped_seconds, NULL),
@@ -305,7 +306,7 @@ UPDATE chain SET seal = seal(id, scenario, iif(position >= 0, position, NULL), i
   effective_samples, iif(is_learning IN (0, 1), is_learning, NULL),
   iif(odds_basis IN ('', 'ladder', 'rejection', 'learned'), odds_basis, NULL),
   iif(odds_draws >= 0, odds_draws, NULL), iif(odds_hits >= 0, odds_hits, NULL), odds_sum, odds_squares,
-  odds_largest, iif(attempts >= 0, attempts, NULL));
+  odds_largest);
 UPDATE chain_kernel SET seal = seal(chain, position, name, iif(proposed >= 0, proposed, NULL),
   iif(accepted >= 0, accepted, NULL));
 UPDATE chain_rung SET seal = seal(chain, position, beta, iif(proposed >= 0, proposed, NULL),

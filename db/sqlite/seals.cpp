@@ -48,6 +48,7 @@ const SealedTable& chain_seal() {
                                   "stop_iterations",
                                   "stop_seconds",
                                   "stop_ess",
+                                  "attempts",
                                   "iteration",
                                   "accepted",
                                   "samples",
@@ -67,8 +68,7 @@ const SealedTable& chain_seal() {
                                   "odds_hits",
                                   "odds_sum",
                                   "odds_squares",
-                                  "odds_largest",
-                                  "attempts"}};
+                                  "odds_largest"}};
   return table;
 }
 

@@ -22,7 +22,7 @@ SqliteStore::SqliteStore(const std::string& path, const StoreOptions& options)
   try {
     if (options.read_only) {
       require_current(path_);
-      readers_ = std::make_unique<Readers>(path_, options.reader_connections, note_);
+      readers_ = std::make_unique<Readers>(path_, options.reader_connections, note_damage());
     } else {
       open(options);
     }
@@ -46,7 +46,8 @@ void SqliteStore::open(const StoreOptions& options) {
     if (error.kind() != DatabaseError::Kind::unavailable || !holds_something) throw;
     reason = error.what();
     require_current(path_, Connection::Access::alone);
-    readers_ = std::make_unique<Readers>(path_, options.reader_connections, note_, Connection::Access::alone);
+    readers_ = std::make_unique<Readers>(path_, options.reader_connections, note_damage(),
+                                         Connection::Access::alone);
   }
   start_writer(std::move(connection), reason, options);
 }
@@ -60,16 +61,22 @@ std::unique_ptr<Connection> SqliteStore::open_writing(std::size_t reader_connect
     throw DatabaseError(DatabaseError::Kind::unavailable, std::string("cannot lock it: ") + error.what());
   }
   auto connection = open_to_write(path_);
-  connection->on_damage(note_);
-  Transaction transaction(*connection, Transaction::Kind::write);
-  set_damaged_chains_aside(*connection);
-  transaction.commit();
+  connection->on_damage(note_damage());
+  {
+    Transaction transaction(*connection, Transaction::Kind::write);
+    set_damaged_chains_aside(*connection);
+    transaction.commit();
+  }
   if (readers_)
     readers_->reopen();
   else
-    readers_ = std::make_unique<Readers>(path_, reader_connections, note_);
+    readers_ = std::make_unique<Readers>(path_, reader_connections, note_damage());
   watch_.emplace(path_);
   return connection;
+}
+
+std::function<void(const std::string&)> SqliteStore::note_damage() {
+  return [this](const std::string& damage) { damages_.note(damage); };
 }
 
 template <typename Work>

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -88,6 +89,8 @@ class SqliteStore final : public Store {
   template <typename Work>
   auto write(const char* operation, Work work);
   Writer& writer();
+  /// What every connection tells of damage.
+  std::function<void(const std::string&)> note_damage();
   void open(const StoreOptions& options);
   /// Everything that writing needs. Throws: StoreError, DatabaseError.
   std::unique_ptr<Connection> open_writing(std::size_t reader_connections);
@@ -98,7 +101,6 @@ class SqliteStore final : public Store {
   // folds the write-ahead log into the file; the lock goes last.
   std::string path_;
   mutable Damages damages_;
-  const Readers::Damage note_ = [this](const std::string& damage) { damages_.note(damage); };
   std::unique_ptr<FileLock> lock_;
   PlayerFrontiers frontiers_;       ///< the writer's thread's own, as the next
   std::optional<FileWatch> watch_;  ///< once it is open for writing

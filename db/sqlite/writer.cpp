@@ -231,7 +231,7 @@ void Writer::look_after_file(bool busy) {
     if (busy || last_error().empty()) return;
     write_durably(true);
     Transaction transaction(*connection_, Transaction::Kind::write);
-    database::run(*connection_, "UPDATE flush SET count = count + 1");
+    database::run(*connection_, "UPDATE flush SET count = count IS NOT 1");
     transaction.commit();
     flush_at_.reset();
     note_error("");

@@ -18,11 +18,11 @@ using AnimationWriter = std::function<bool(const StreamSink&)>;
 
 /// What writes a sample's animation at a rate, 0 being its own. It holds its place at the desk for as long as
 /// it lives. Throws: HttpProblem, 404 if the sample is gone, 422 if the document would be too large, 503 if
-/// too many are being sent; Damaged.
+/// too many are being sent; Damaged, so that nothing of a damaged one is sent.
 AnimationWriter animation_writer(Api& api, const SampleRecord& sample, const Format& format, double rate);
 
-/// A part of a stored sample, decoded. Throws: HttpProblem, 404 if it is gone; Damaged, if it was bent before
-/// it was sealed.
+/// A part of a stored sample, decoded. Throws: HttpProblem, 404; Damaged where it was bent before it was
+/// sealed.
 template <typename Decode>
 auto decode_stored(const std::string& id, const std::optional<std::string>& bytes, Decode decode_bytes) {
   if (!bytes) throw not_found("sample", id);

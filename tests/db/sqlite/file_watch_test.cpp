@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <mutex>
+#include <set>
 #include <sys/mount.h>
 #include <unistd.h>
 
@@ -150,6 +152,44 @@ TEST(StoreUnwritable, A_full_disk_is_read_and_written_once_there_is_room) {
   disk().write_error = ENOSPC;
   EXPECT_EQ(open_unwritable(directory.file(), [] { disk().write_error = 0; }), 0);
   disk().write_error = 0;
+}
+
+TEST(StoreUnwritable, Damage_is_told_and_left_out_before_and_after_there_is_room) {
+  TemporaryDirectory directory;
+  fill(*std::make_unique<database::SqliteStore>(directory.file(), prompt()), 10);
+  database::Connection(directory.file(), database::Connection::Access::write)
+      .execute(
+          "UPDATE chain SET seed = 8; UPDATE sample SET digest = 'none' WHERE iteration = 3;"
+          "UPDATE sample_blob SET animation = x'00' WHERE sample = 5");
+  const std::string of_chain = "chain c is damaged: seed is not what was written";
+  std::mutex mutex;
+  std::vector<std::string> told;
+  StoreOptions options = prompt();
+  options.on_damage = [&](const std::string& damage) {
+    const std::lock_guard lock(mutex);
+    told.push_back(damage);
+  };
+  disk().write_error = ENOSPC;
+  {
+    database::SqliteStore store(directory.file(), options);
+    EXPECT_NE(store.last_error(), "");
+    EXPECT_TRUE(store.chains("s").empty());
+    EXPECT_EQ(store.damages(), std::vector<std::string>{of_chain});
+    EXPECT_EQ(store.scenario("s")->failed, 0u);
+
+    disk().write_error = 0;
+    ASSERT_TRUE(eventually([&] { return store.last_error().empty(); }));
+    EXPECT_EQ(store.scenario("s")->failed, 1u) << "nothing waits for it";
+    EXPECT_EQ(store.samples("s", SampleOrder::oldest, 20, "").records.size(), 9u);
+    EXPECT_EQ(store.damages().size(), 2u) << "the reading connections tell";
+    std::set<std::string> given;
+    while (const auto play = store.play("s", "alice", "", Repeats::refused))
+      given.insert(play->sample.id);
+    EXPECT_EQ(given.size(), 8u);
+    EXPECT_FALSE(given.contains("c-3"));
+    EXPECT_EQ(store.damages().size(), 3u) << "and the writing one";
+  }
+  EXPECT_EQ(told.size(), 3u);
 }
 
 TEST(StoreUnwritable, A_new_store_on_a_full_disk_is_refused) {

@@ -55,7 +55,7 @@ std::string text_of(const ChainRecord& record) {
                      std::to_string(record.seed) + "|" + record.method + "|" + record.ratios + "|" +
                      record.settings + "|" + std::to_string(record.lesson) + "|" +
                      std::string(to_string(record.state)) + "|" + record.ended_by + "|" + record.error + "|" +
-                     std::to_string(record.created_at);
+                     std::to_string(record.created_at) + "|" + std::to_string(record.attempts);
   StopRule stop = record.stop;
   visit_limits(
       [&](std::string_view, const auto& limit) { text += limit ? "|" + std::to_string(*limit) : "|"; }, stop);
@@ -291,6 +291,71 @@ TEST_F(StoreDamage, no_damaged_cell_hides_anything_else_or_is_told_as_true) {
     }
   }
   EXPECT_GT(damaged, 400u);
+}
+
+TEST_F(StoreDamage, a_chain_that_would_be_taken_up_has_failed_whatever_cell_of_it_is_damaged) {
+  SqliteStore(directory.file("sound.db"), prompt()).set_chain_state("c", ChainState::running, "", "");
+  for (const Cell& cell : cells_of(directory.file("sound.db"))) {
+    if (cell.table != "chain" || std::set<std::string>{"id", "scenario", "state"}.contains(cell.column))
+      continue;
+    for (const std::string& value : damages_to(cell)) {
+      SCOPED_TRACE(cell.column + " = " + value);
+      const std::string path = copy();
+      damage(path, cell, value);
+      if (faults(path).empty()) continue;  // it is what it was
+      const SqliteStore store(path, prompt());
+      EXPECT_EQ(store.scenario("s")->failed, 1u);
+      EXPECT_EQ(store.scenario("s")->running, 0u);
+    }
+  }
+}
+
+TEST_F(StoreDamage, pages_of_chains_are_filled_with_those_that_are_sound) {
+  {
+    SqliteStore store(directory.file("sound.db"), prompt());
+    for (const char* id : {"e", "f", "g", "h"})
+      store.add_chains({make_chain(id, "s")});
+  }
+  for (const char* damaged : {"c", "f", "h"})
+    Connection(directory.file("sound.db"), Connection::Access::write)
+        .execute(std::string("UPDATE chain SET seed = seed + 1 WHERE id = '") + damaged + "'");
+  const SqliteStore store(directory.file("sound.db"), prompt());
+  for (const std::size_t limit : {1u, 2u, 3u}) {
+    std::vector<std::string> ids;
+    std::string cursor;
+    do {
+      const auto page = store.chains("s", limit, cursor);
+      if (!page.next_cursor.empty()) {
+        EXPECT_EQ(page.records.size(), limit);
+      }
+      for (const auto& chain : page.records)
+        ids.push_back(chain.id);
+      cursor = page.next_cursor;
+    } while (!cursor.empty());
+    EXPECT_EQ(ids, (std::vector<std::string>{"e", "g"})) << limit;
+  }
+  EXPECT_EQ(store.damages().size(), 3u);
+}
+
+TEST_F(StoreDamage, attempts_are_sealed_as_they_are_counted_and_no_count_makes_damaged_ones_sound) {
+  const std::string path = copy();
+  {
+    SqliteStore store(path, prompt());
+    for (std::uint64_t attempts = 1; attempts <= 3; ++attempts) {
+      store.set_chain_state("c", ChainState::running, "", "");
+      EXPECT_EQ(store.chain("c")->attempts, attempts);
+    }
+    EXPECT_EQ(store.check(), std::vector<std::string>{});
+    store.commit(make_progress("c", "s", 13, 13)).get();
+    EXPECT_EQ(store.chain("c")->attempts, 0u);
+    EXPECT_EQ(store.check(), std::vector<std::string>{});
+    store.set_chain_state("c", ChainState::paused, "", "");
+  }
+  Connection(path, Connection::Access::write).execute("UPDATE chain SET attempts = 2 WHERE id = 'c'");
+  SqliteStore store(path, prompt());
+  store.set_chain_state("c", ChainState::running, "", "");
+  EXPECT_THROW(store.chain("c"), Damaged);
+  EXPECT_EQ(store.check(), std::vector<std::string>{"chain c is damaged: attempts is not what was written"});
 }
 
 }  // namespace
