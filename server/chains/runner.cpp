@@ -3,22 +3,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <sys/resource.h>
-#include <unistd.h>
 #include <utility>
-
-#include "server/chains/health.h"
 
 namespace retake {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-using std::chrono::duration;
-
-constexpr duration<double> kSlice{0.02};           // chosen: a person's click is answered at once
-constexpr duration<double> kBetweenCommits{0.25};  // chosen: what a page shows of a chain is at most this old
-constexpr std::size_t kSamplesPerCommit = 32;
-constexpr std::size_t kMostGathered = 256;  // a chain waits for its commit when it has gathered this many
 
 /// Whether one rule ends a chain nowhere before the other, and not always at the same place.
 bool allows_more(const StopRule& rule, const StopRule& other) {
@@ -117,27 +105,9 @@ void Runner::add(const std::vector<ChainRecord>& chains) {
     make_live(record);
 }
 
-/// The run of a stored chain, from its last checkpoint.
-std::unique_ptr<ChainRun> Runner::make_run(const ChainRecord& record) const {
-  const auto scenario = library_.find(record.scenario);
-  if (!scenario) throw std::runtime_error("its scenario is gone");
-  ChainRun::Stored stored{.checkpoint = store_.checkpoint(record.id),
-                          .trace_blocks = store_.trace(record.id)};
-  if (record.lesson > 0) {
-    const auto lesson = store_.lesson(record.scenario, record.lesson);
-    if (!lesson || lesson->version != kLessonVersion)
-      throw std::runtime_error("lesson " + std::to_string(record.lesson) + " cannot be read here");
-    stored.lesson = lesson->bytes;
-  }
-  return std::make_unique<ChainRun>(scenario, record, stored);
-}
-
 /// Queues a stored chain.
 void Runner::make_live(const ChainRecord& record) {
-  const auto live = std::make_shared<Live>();
-  live->id = record.id;
-  live->scenario = record.scenario;
-  live->run = make_run(record);
+  const auto live = std::make_shared<Live>(LiveChain(store_, library_, events_, record));
   // One that ran when the process ended says so with its first step: those that never get that far are not to
   // blame for what the process dies of.
   live->is_noted = record.state != ChainState::running;
@@ -151,19 +121,19 @@ void Runner::make_live(const ChainRecord& record) {
 
 void Runner::leave(const std::shared_ptr<Live>& live) {
   const std::lock_guard lock(mutex_);
-  live_.erase(live->id);
+  live_.erase(live->chain.id());
   changed_.notify_all();
 }
 
 void Runner::fail(const std::shared_ptr<Live>& live, const std::string& error) {
-  std::fprintf(stderr, "retake: chain %s failed: %s\n", live->id.c_str(), error.c_str());
+  std::fprintf(stderr, "retake: chain %s failed: %s\n", live->chain.id().c_str(), error.c_str());
   try {
-    set_state(live->id, ChainState::failed, "", error);
+    set_state(live->chain.id(), ChainState::failed, "", error);
   } catch (const StoreError&) {
     // The store may be what failed. The failure is shown from memory; a restart takes the chain up again.
     const std::lock_guard lock(mutex_);
-    unsaved_failures_[live->id] = error;
-    events_.chain_changed(live->id);
+    unsaved_failures_[live->chain.id()] = error;
+    events_.chain_changed(live->chain.id());
   }
   leave(live);
 }
@@ -234,7 +204,7 @@ std::optional<ChainRecord> Runner::wish(std::string_view id, Wish wish) {
 /// Throws: StoreUnavailable; it is as if nothing had been wished then.
 void Runner::fulfil(const std::shared_ptr<Live>& live) {
   try {
-    if (live->is_stale) go_back(*live);
+    if (!live->chain.restore()) return leave(live);
     end_if_wished(live);
   } catch (const StoreUnavailable&) {
     hold(live, Wish::run);
@@ -245,7 +215,7 @@ void Runner::fulfil(const std::shared_ptr<Live>& live) {
 }
 
 bool Runner::is_live(const std::shared_ptr<Live>& live) const {
-  const auto now = live_.find(live->id);
+  const auto now = live_.find(live->chain.id());
   return now != live_.end() && now->second == live;
 }
 
@@ -329,13 +299,13 @@ void Runner::drop_scenario(std::string_view scenario) {
   std::unique_lock lock(mutex_);
   Lives dropped;
   for (const auto& [id, live] : live_)
-    if (live->scenario == scenario) {
+    if (live->chain.scenario() == scenario) {
       live->wish = Wish::drop;
       dropped.push_back(live);
     }
   wait_for(lock, dropped, [&] {
     for (const std::shared_ptr<Live>& live : dropped)
-      if (take(live)) live_.erase(live->id);
+      if (take(live)) live_.erase(live->chain.id());
     return draining_ ||
            std::none_of(dropped.begin(), dropped.end(), [this](const auto& live) { return is_live(live); });
   });
@@ -359,22 +329,22 @@ void Runner::drain() {
   threads_.clear();  // joins
 
   // Submit all, then wait: they are committed together.
-  const auto try_for = [](Live& live, const auto& work) {
+  const auto try_for = [](LiveChain& chain, const auto& work) {
     try {
-      work(live);
+      work(chain);
     } catch (const std::exception& error) {
       std::fprintf(stderr, "retake: chain %s loses its last moments, which it will find again: %s\n",
-                   live.id.c_str(), error.what());
+                   chain.id().c_str(), error.what());
     }
   };
   for (const auto& [id, live] : live_)
-    try_for(*live, [this](Live& each) {
-      if (each.is_stale) go_back(each);
-      settle_commit(each, true);
-      if (!is_all_handed_over(each)) hand_over(each, std::nullopt, "");
+    try_for(live->chain, [](LiveChain& chain) {
+      if (!chain.restore()) return;
+      chain.settle(true);
+      if (!chain.is_handed_over()) chain.hand_over(std::nullopt, "");
     });
   for (const auto& [id, live] : live_)
-    try_for(*live, [this](Live& each) { settle_commit(each, true); });
+    try_for(live->chain, [](LiveChain& chain) { chain.settle(true); });
   live_.clear();
   queue_.clear();
 }
@@ -386,211 +356,6 @@ Runner::Counters Runner::counters() const {
           .simulations = simulations_,
           .failed_simulations = failed_simulations_,
           .live_chains = live_.size()};
-}
-
-// --- The threads --------------------------------------------------------------------------------
-
-void Runner::work() {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
-  Performers performers;  // of the scenarios stepped last; their scratch memory is reused
-  constexpr std::size_t kMostPerformers = 8;
-  while (const std::shared_ptr<Live> live = next_chain()) {
-    const auto& scenario = live->run->scenario();
-    auto found = std::find_if(performers.begin(), performers.end(),
-                              [&](const auto& entry) { return entry.first == scenario; });
-    if (found == performers.end()) {
-      if (performers.size() == kMostPerformers) performers.erase(performers.begin());
-      performers.emplace_back(scenario, scenario->make_performer());
-      found = std::prev(performers.end());
-    }
-    if (!slice(live, *found->second)) performers.erase(found);
-  }
-}
-
-/// The next chain in turn whose commits keep up; waits for one. Null at the end.
-std::shared_ptr<Runner::Live> Runner::next_chain() {
-  std::unique_lock lock(mutex_);
-  while (!draining_) {
-    const bool is_store_failing = !store_.last_error().empty();
-    for (auto place = queue_.begin(); place != queue_.end(); ++place) {
-      if ((*place)->wish != Wish::run) continue;  // whoever wishes takes it
-      if ((*place)->is_stale && is_store_failing) continue;
-      const ChainRun& run = *(*place)->run;
-      const bool waits = run.gathered() >= kMostGathered || run.awaits_judgement();
-      const bool held_up = waits && (*place)->commit.valid() &&
-                           (*place)->commit.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
-      if (held_up) continue;
-      std::shared_ptr<Live> live = *place;
-      queue_.erase(place);
-      live->in_slice = true;
-      return live;
-    }
-    if (queue_.empty())
-      work_.wait(lock);
-    else
-      work_.wait_for(lock, std::chrono::milliseconds(is_store_failing ? 50 : 1));  // the store is behind
-  }
-  return nullptr;
-}
-
-bool Runner::slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer) {
-  bool is_usable = true;
-  try {
-    if (live->is_stale) go_back(*live);
-
-    // Step, unless something else is wished; whoever wishes waits for the chain.
-    if (live->run->ended_by().empty() && !live->run->awaits_judgement()) is_usable = step(*live, performer);
-    if (!is_usable || wish_of(*live) != Wish::run) {
-      give_back(live);
-      return is_usable;
-    }
-
-    // Hand over what there is, when it is time.
-    const bool is_deleted = !settle_commit(*live, false);
-    if (is_deleted) {
-      leave(live);
-      return is_usable;
-    }
-    const bool is_all_stored = !live->commit.valid() && is_all_handed_over(*live);
-    if (live->run->awaits_judgement() && wish_of(*live) == Wish::run && is_all_stored) judge(*live);
-    if (end_if_wished(live)) return is_usable;
-    const std::size_t gathered = live->run->gathered();
-    const bool behind = live->commit.valid();
-    // Somebody may be waiting for the first ones.
-    const bool is_first = gathered > 0 && gathered == live->run->record().counters.samples;
-    if (!behind && (is_first || gathered >= kSamplesPerCommit || live->run->awaits_judgement() ||
-                    Clock::now() - live->committed_at >= kBetweenCommits))
-      hand_over(*live, std::nullopt, "");
-  } catch (const StoreUnavailable&) {
-    hold(live, std::nullopt);
-    return is_usable;
-  } catch (const std::exception& error) {
-    // Whatever it is, memory that runs out included, it ends this chain and nothing else.
-    fail(live, error.what());
-    return false;
-  }
-  give_back(live);
-  return is_usable;
-}
-
-bool Runner::step(Live& live, Scenario::Performer& performer) {
-  if (!live.is_noted) set_state(live.id, ChainState::running, "", "");
-  live.is_noted = true;
-
-  // Whoever wishes something from here on can interrupt.
-  const auto publish = [&](Interruption* interruption) {
-    const std::lock_guard lock(mutex_);
-    performer.interruption().withdraw();
-    live.interruption = interruption;
-    return live.wish == Wish::run && !draining_;
-  };
-  const ChainCounters before = live.run->record().counters;
-  const bool may_step = publish(&performer.interruption());
-  try {
-    if (may_step) live.run->step_for(performer, kSlice, kMostGathered);
-  } catch (const Interrupted&) {
-    live.is_stale = true;
-    publish(nullptr);
-    return false;
-  } catch (...) {
-    publish(nullptr);
-    throw;
-  }
-  publish(nullptr);
-  count(before, live.run->record().counters);
-  return true;
-}
-
-/// To its last commit, as after a restart.
-void Runner::go_back(Live& live) {
-  if (live.commit.valid()) live.commit.wait();
-  live.commit = {};  // if it failed, this is why it goes back
-  const auto record = store_.chain(live.id);
-  if (!record) return;  // it was deleted; whoever did so has dropped it
-  live.run = make_run(*record);
-  live.is_stale = false;
-  live.handed_over_at.reset();  // what it is, is committed again: then it is known to have done no harm
-}
-
-void Runner::hold(const std::shared_ptr<Live>& live, std::optional<Wish> wish) {
-  live->is_stale = true;
-  if (wish) {
-    const std::lock_guard lock(mutex_);
-    live->wish = *wish;
-  }
-  give_back(live);
-}
-
-void Runner::give_back(const std::shared_ptr<Live>& live) {
-  const std::lock_guard lock(mutex_);
-  live->in_slice = false;
-  queue_.push_back(live);
-  work_.notify_one();
-  if (live->wish != Wish::run || draining_) changed_.notify_all();
-}
-
-bool Runner::end_if_wished(const std::shared_ptr<Live>& live) {
-  const Wish wish = wish_of(*live);
-  if (wish == Wish::drop) {
-    leave(live);
-    return true;
-  }
-  const ChainRun& run = *live->run;
-  std::string_view ended_by = run.ended_by();
-  if (wish == Wish::stop && ended_by.empty()) ended_by = "stop";
-  if (ended_by.empty() && run.gathered() > 0 &&
-      store_.sample_count(live->scenario) >= settings_.most_samples_per_scenario)
-    ended_by = "stock";
-  if (ended_by.empty() && wish != Wish::pause) return false;
-  settle_commit(*live, true);
-  hand_over(*live, ended_by.empty() ? ChainState::paused : ChainState::finished, ended_by);
-  settle_commit(*live, true);
-  leave(live);
-  return true;
-}
-
-bool Runner::is_all_handed_over(const Live& live) {
-  return live.handed_over_at == live.run->record().counters.iteration;
-}
-
-Runner::Wish Runner::wish_of(const Live& live) const {
-  const std::lock_guard lock(mutex_);
-  return live.wish;
-}
-
-bool Runner::settle_commit(Live& live, bool wait) {
-  if (!live.commit.valid()) return true;
-  if (!wait && live.commit.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return true;
-  const bool has_samples = live.commit.get() > 0;
-  if (!has_samples && !store_.chain(live.id))
-    return false;  // its scenario was deleted while it was being added
-  events_.chain_changed(live.id);
-  events_.scenario_changed(live.scenario);
-  return true;
-}
-
-void Runner::hand_over(Live& live, std::optional<ChainState> state, std::string_view ended_by) {
-  ChainProgress progress = live.run->take_progress(state == ChainState::finished);
-  progress.state = state;
-  progress.ended_by = ended_by;
-  live.commit = store_.commit(std::move(progress));
-  live.committed_at = Clock::now();
-  live.handed_over_at = live.run->record().counters.iteration;
-}
-
-void Runner::judge(Live& live) {
-  const ChainRecord& record = live.run->record();
-  live.run->judge(
-      effective_samples(*live.run->scenario(), record, [&](std::size_t most, std::uint64_t from_iteration) {
-        return store_.draws(record.id, most, from_iteration);
-      }));
-}
-
-void Runner::count(const ChainCounters& before, const ChainCounters& after) {
-  iterations_ += after.iteration - before.iteration;
-  samples_ += after.samples - before.samples;
-  simulations_ += after.simulations - before.simulations;
-  failed_simulations_ += after.failed_simulations - before.failed_simulations;
 }
 
 }  // namespace retake

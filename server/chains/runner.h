@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <future>
 #include <limits>
 #include <map>
 #include <memory>
@@ -22,8 +21,8 @@
 #include <vector>
 
 #include "db/store.h"
-#include "server/chains/chain_run.h"
 #include "server/chains/event_hub.h"
+#include "server/chains/live_chain.h"
 #include "server/chains/scenario_library.h"
 
 namespace retake {
@@ -56,7 +55,8 @@ class Runner {
   /// physics.
   void resume_stored();
 
-  /// Adds chains to the store and runs them. Throws: StoreError.
+  /// Adds chains to the store and runs them. One whose progress the store cannot take waits, and goes on by
+  /// itself: it stays `running`. Throws: StoreError.
   void add(const std::vector<ChainRecord>& chains);
 
   /// Each returns the chain as it is afterwards; nothing happens to one that is in that state already, or has
@@ -72,8 +72,6 @@ class Runner {
   std::optional<ChainRecord> go_on(std::string_view id, const StopRule& stop);
   /// Whether go_on() would change anything.
   static bool may_go_on(const ChainRecord& record, const StopRule& stop);
-
-  /// A chain whose progress the store cannot take waits, and goes on by itself: it stays `running`.
 
   /// A chain as the store has it, but with a failure that the store could not take yet.
   std::optional<ChainRecord> chain(std::string_view id) const;
@@ -99,17 +97,12 @@ class Runner {
  private:
   enum class Wish { run, pause, stop, drop };
   struct Live {
-    std::string id;  // as in run->record(), but readable while a slice is under way
-    std::string scenario;
-    std::unique_ptr<ChainRun> run;
+    explicit Live(LiveChain of) : chain(std::move(of)) {}
+    LiveChain chain;
     Wish wish = Wish::run;
     bool in_slice = false;  // some thread has it, the queue has not
     bool is_noted = true;   // that it is run; else its first step has to wait until the store knows
     Interruption* interruption = nullptr;  // of the step under way
-    bool is_stale = false;                 // the store could not take its progress
-    std::future<std::uint64_t> commit;     // the last one handed to the store
-    std::chrono::steady_clock::time_point committed_at{};
-    std::optional<std::uint64_t> handed_over_at;  // the iteration of that commit
   };
   using Lives = std::vector<std::shared_ptr<Live>>;
   class Turn;
@@ -122,7 +115,6 @@ class Runner {
   bool slice(const std::shared_ptr<Live>& live, Scenario::Performer& performer);
   /// False: it was interrupted, and the chain has to go back to its last commit.
   bool step(Live& live, Scenario::Performer& performer);
-  void go_back(Live& live);
   /// The chain waits until the store can be written, and goes on from its last commit then.
   void hold(const std::shared_ptr<Live>& live, std::optional<Wish> wish);
   void give_back(const std::shared_ptr<Live>& live);
@@ -137,15 +129,8 @@ class Runner {
                 const std::function<bool()>& has_ended);
   /// Ends a chain that this thread has, where that is wished or due. False: it goes on.
   bool end_if_wished(const std::shared_ptr<Live>& live);
-  static bool is_all_handed_over(const Live& live);
-  /// Looks at the last commit. False: the chain was deleted. Throws: StoreError if it failed.
-  bool settle_commit(Live& live, bool wait);
-  void hand_over(Live& live, std::optional<ChainState> state, std::string_view ended_by);
-  /// Looks at the stop rule by effective samples. Requires: the store holds everything so far.
-  void judge(Live& live);
   void leave(const std::shared_ptr<Live>& live);
   void fail(const std::shared_ptr<Live>& live, const std::string& error);
-  std::unique_ptr<ChainRun> make_run(const ChainRecord& record) const;
   void make_live(const ChainRecord& record);
   bool has_world_if_sound(std::string_view scenario) const;
   void set_state(std::string_view id, ChainState state, std::string_view ended_by, std::string_view error);

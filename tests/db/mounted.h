@@ -11,6 +11,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <gtest/gtest.h>
+
 namespace retake::test {
 
 inline int exit_code_of_child(const std::function<int()>& run) {
@@ -47,6 +49,13 @@ inline int exit_code_in_mount(const std::string& folder, const std::string& opti
     if (::mount("none", folder.c_str(), "tmpfs", 0, options.c_str()) != 0) return kCannotMount;
     return run();
   });
+}
+
+/// Of the exit code of a child that ran in such a mount.
+inline void expect_done_in_mount(int code) {
+  ASSERT_NE(code, kCannotMount)
+      << "this test mounts a small file system: run it as root or allow user namespaces";
+  EXPECT_EQ(code, 0);
 }
 
 }  // namespace retake::test
